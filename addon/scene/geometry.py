@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's surfaces as plain arrays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Cutout:
+    """The alpha mask of one material, for the passes that rasterize its triangles.
+
+    Attributes:
+        material_id: index into `SceneGeometry.material_names`.
+        alpha: (H, W) float32 in [0, 1], row 0 at v = 0. A fragment below 0.5 is cut away.
+        extension: what lies outside the unit square, in Blender's terms.
+    """
+
+    material_id: int
+    alpha: NDArray[np.float32]
+    extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
+
+
+@dataclass(frozen=True)
+class SceneGeometry:
+    """Triangles in world space, as Cycles would render them.
+
+    Attributes:
+        vertices: (V, 3) float64, metres, world space. All finite.
+        triangles: (T, 3) int32, indices into `vertices`; no degenerate ones.
+        object_id: (T,) int32, index into `object_names` (an instance has its instancer's
+            own entry, so that two instances of one object differ).
+        material_id: (T,) int32, index into `material_names`.
+        weight: (T,) float32 in [0, 1], how much the artist cares (paper's w_i).
+        camera_visible: (T,) bool, seen directly by cameras (Blender's ray visibility).
+        shadow_visible: (T,) bool, casts shadows.
+        uv: (T, 3, 2) float32 of the active render UV map, or None when no material has a
+            cut-out that needs it.
+        object_names, material_names: Blender's names.
+        cutouts: alpha masks, at most one for a material.
+        warnings: one sentence for each thing left out or approximated.
+    """
+
+    vertices: NDArray[np.float64]
+    triangles: NDArray[np.int32]
+    object_id: NDArray[np.int32]
+    material_id: NDArray[np.int32]
+    weight: NDArray[np.float32]
+    camera_visible: NDArray[np.bool_]
+    shadow_visible: NDArray[np.bool_]
+    object_names: tuple[str, ...]
+    material_names: tuple[str, ...]
+    uv: NDArray[np.float32] | None = None
+    cutouts: tuple[Cutout, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def __len__(self) -> int:
+        return len(self.triangles)
+
+    @cached_property
+    def _corner_cross(self) -> NDArray[np.float64]:
+        """(T, 3) cross product of two edges: twice the area along the normal."""
+        corner = self.vertices[self.triangles]
+        return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+
+    @cached_property
+    def area(self) -> NDArray[np.float64]:
+        """(T,) float64, square metres."""
+        return 0.5 * np.linalg.norm(self._corner_cross, axis=1)
+
+    @cached_property
+    def normal(self) -> NDArray[np.float64]:
+        """(T, 3) float64 unit geometric normals, world space, by the corners' winding."""
+        length = np.linalg.norm(self._corner_cross, axis=1, keepdims=True)
+        return self._corner_cross / np.where(length > 0.0, length, 1.0)
+
+    @cached_property
+    def bounds(self) -> NDArray[np.float64]:
+        """(2, 3) float64, lowest and highest corner of the vertices in use, metres."""
+        used = self.vertices[np.unique(self.triangles)]
+        return np.stack([used.min(axis=0), used.max(axis=0)])

@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The view that is being lit: a camera, its picture size and its pixel filter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+FilterKind = Literal["BOX", "GAUSSIAN", "BLACKMAN_HARRIS"]
+
+
+@dataclass(frozen=True)
+class PixelFilter:
+    """Cycles' pixel filter: its kind and its full width in pixels."""
+
+    kind: FilterKind = "BLACKMAN_HARRIS"
+    width: float = 1.5
+
+
+@dataclass(frozen=True)
+class View:
+    """A camera with a picture size.
+
+    Attributes:
+        world_from_camera: (4, 4) float64, rigid; the camera looks down its -Z.
+        clip_from_camera: (4, 4) float64, OpenGL clip space (z from -w to w); lens shift,
+            sensor fit and pixel aspect are in it.
+        width, height: pixels; pixel (0, 0) is bottom left.
+        perspective: False for an orthographic camera.
+        pixel_filter: how samples make a pixel.
+        name: the camera object's name, or "" for a viewport.
+    """
+
+    world_from_camera: NDArray[np.float64]
+    clip_from_camera: NDArray[np.float64]
+    width: int
+    height: int
+    perspective: bool = True
+    pixel_filter: PixelFilter = PixelFilter()
+    name: str = ""
+
+    @cached_property
+    def origin(self) -> NDArray[np.float64]:
+        """(3,) float64, the camera's place in world space, metres."""
+        return self.world_from_camera[:3, 3]
+
+    @cached_property
+    def camera_from_world(self) -> NDArray[np.float64]:
+        """(4, 4) float64; the inverse of a rigid transform, taken without a solve."""
+        rotation = self.world_from_camera[:3, :3].T
+        inverse = np.eye(4)
+        inverse[:3, :3] = rotation
+        inverse[:3, 3] = -rotation @ self.origin
+        return inverse
+
+    def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """World points (..., 3) to (..., 4): x and y in pixels, clip z / w, clip w.
+
+        Positions are made relative to the camera before the rotation, so that a scene far
+        from the world's origin keeps its precision.
+        """
+        camera = (points - self.origin) @ self.world_from_camera[:3, :3]
+        clip = camera @ self.clip_from_camera[:, :3].T + self.clip_from_camera[:, 3]
+        w = clip[..., 3]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ndc = clip[..., :3] / w[..., None]
+        x = (ndc[..., 0] * 0.5 + 0.5) * self.width
+        y = (ndc[..., 1] * 0.5 + 0.5) * self.height
+        return np.stack([x, y, ndc[..., 2], w], axis=-1)
+
+    def rays(self, xy: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Pixel positions (..., 2) to world-space rays: origins and unit directions (..., 3)."""
+        ndc = xy / np.array([self.width, self.height]) * 2.0 - 1.0
+        camera_from_clip = np.linalg.inv(self.clip_from_camera)
+        shape = (*ndc.shape[:-1], 1)
+        ends = []
+        for z in (-1.0, 1.0):
+            clip = np.concatenate([ndc, np.full(shape, z), np.ones(shape)], axis=-1)
+            camera = clip @ camera_from_clip.T
+            ends.append(camera[..., :3] / camera[..., 3:])
+        near, far = ends
+        direction = (far - near) @ self.world_from_camera[:3, :3].T
+        direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+        if self.perspective:
+            return np.broadcast_to(self.origin, direction.shape).copy(), direction
+        return near @ self.world_from_camera[:3, :3].T + self.origin, direction

@@ -1,0 +1,39 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+# make demo        the main job, from an empty checkout to pictures in out/demo/
+# make test        the tests
+# make lint        style, types and who may import whom
+# make extension   dist/relume-*.zip, to be installed in Blender
+#
+# Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
+
+SHELL := /bin/bash
+PYTHON3 ?= python3
+READY := .venv/.relume-ready
+RUN := .venv/bin/python
+
+.PHONY: demo test lint extension machine clean
+
+demo: $(READY) machine
+	$(RUN) -m tools.demo --out out/demo
+
+test: $(READY) machine
+	$(RUN) -m pytest $(PYTEST_ARGS)
+
+lint: $(READY)
+	$(RUN) -m ruff check .
+	$(RUN) -m ruff format --check .
+	$(RUN) -m mypy
+	.venv/bin/lint-imports
+
+extension: $(READY)
+	$(RUN) -m tools.build_extension
+
+machine: $(READY)
+	@$(RUN) -m tools.check_machine
+
+$(READY): pyproject.toml uv.lock .python-version
+	uv="$$($(PYTHON3) tools/get_uv.py)" && "$$uv" sync --locked
+	@touch $@
+
+clean:
+	rm -rf .venv .uv out dist .ruff_cache .mypy_cache .pytest_cache .hypothesis .import_linter_cache

@@ -1,0 +1,180 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Builds GPU shaders from the files beside it, and draws with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+import gpu
+import numpy as np
+from numpy.typing import NDArray
+
+from .uniforms import UniformBlock
+
+_FOLDER = Path(__file__).parent
+
+SamplerType = Literal["FLOAT_2D", "FLOAT_2D_ARRAY", "DEPTH_2D", "DEPTH_2D_ARRAY"]
+
+
+@cache
+def source(path: str) -> str:
+    """The text of a shader file under addon/glsl/."""
+    return (_FOLDER / path).read_text(encoding="utf-8")
+
+
+@dataclass(frozen=True)
+class Varying:
+    """A value handed from the vertex to the fragment shader."""
+
+    qualifier: Literal["smooth", "flat", "no_perspective"]
+    glsl_type: str
+    name: str
+
+
+@dataclass(frozen=True)
+class PassShader:
+    """All that a pass's shader is made of.
+
+    Attributes:
+        name: for messages, and the prefix of its interface.
+        fragment, vertex: files under addon/glsl/passes/, without the suffix.
+        library: files under addon/glsl/lib/, in order of dependence.
+        blocks: uniform blocks, bound in this order.
+        samplers: name -> type, bound in this order.
+        vertex_in: (GLSL type, name), in order.
+        varyings: from vertex to fragment shader.
+        outputs: (GLSL type, name), in the order of the framebuffer's colour slots.
+        defines: preprocessor names and values; only what the scene requires is compiled.
+        generated: GLSL made by the caller (an unpacking function, say), before the library.
+    """
+
+    name: str
+    fragment: str
+    outputs: tuple[tuple[str, str], ...]
+    vertex: str = "fullscreen_vert"
+    library: tuple[str, ...] = ()
+    blocks: tuple[UniformBlock, ...] = ()
+    samplers: tuple[tuple[str, SamplerType], ...] = ()
+    vertex_in: tuple[tuple[str, str], ...] = (("VEC2", "corner"),)
+    varyings: tuple[Varying, ...] = ()
+    defines: tuple[tuple[str, str], ...] = ()
+    generated: str = ""
+
+    def build(self) -> ShaderProgram:
+        """Compile. Needs a current GPU context."""
+        return ShaderProgram(self)
+
+
+class ShaderProgram:
+    """A compiled `PassShader`. Keeps the uniform buffers it binds alive."""
+
+    def __init__(self, description: PassShader) -> None:
+        self.description = description
+        info = gpu.types.GPUShaderCreateInfo()
+        for name, value in description.defines:
+            info.define(name, value)
+        info.typedef_source("".join(block.declaration() for block in description.blocks))
+        for slot, block in enumerate(description.blocks):
+            info.uniform_buf(slot, block.struct_name, block.name)
+        for slot, (name, sampler_type) in enumerate(description.samplers):
+            info.sampler(slot, sampler_type, name)
+        for slot, (glsl_type, name) in enumerate(description.vertex_in):
+            info.vertex_in(slot, glsl_type, name)
+        if description.varyings:
+            interface = gpu.types.GPUStageInterfaceInfo(f"{description.name}_interface")
+            for varying in description.varyings:
+                getattr(interface, varying.qualifier)(varying.glsl_type, varying.name)
+            info.vertex_out(interface)
+        for slot, (glsl_type, name) in enumerate(description.outputs):
+            info.fragment_out(slot, glsl_type, name)
+        library = "\n".join(source(f"lib/{name}.glsl") for name in description.library)
+        info.vertex_source(source(f"passes/{description.vertex}.glsl"))
+        info.fragment_source(
+            "\n".join(
+                [library, description.generated, source(f"passes/{description.fragment}.glsl")]
+            )
+        )
+        self.shader = gpu.shader.create_from_info(info)
+        self._buffers: dict[str, Any] = {}
+
+    def bind(self, textures: Mapping[str, Any], uniforms: Mapping[str, Mapping[str, Any]]) -> None:
+        """Bind the shader with all its textures and blocks; each must be given, no other may.
+
+        Raises:
+            KeyError: a texture or block is missing or unknown.
+        """
+        wanted = {name for name, _ in self.description.samplers}
+        blocks = {block.name: block for block in self.description.blocks}
+        odd = (wanted ^ set(textures)) | (set(blocks) ^ set(uniforms))
+        if odd:
+            raise KeyError(f"pass {self.description.name}: missing or unknown: {sorted(odd)}")
+        self.shader.bind()
+        for name, block in blocks.items():
+            self.shader.uniform_block(name, self._updated(block, block.pack(uniforms[name])))
+        for name, texture in textures.items():
+            self.shader.uniform_sampler(name, texture)
+
+    def _updated(self, block: UniformBlock, data: NDArray[np.uint8]) -> Any:
+        # A buffer of its own for every bind: with one that is overwritten, a draw call that
+        # the driver has not yet run would read the values of the next.
+        buffer = gpu.types.GPUUniformBuf(gpu.types.Buffer("UBYTE", len(data), data))
+        self._buffers[block.name] = buffer
+        return buffer
+
+    @cached_property
+    def _fullscreen(self) -> Any:
+        layout = gpu.types.GPUVertFormat()
+        layout.attr_add(id="corner", comp_type="F32", len=2, fetch_mode="FLOAT")
+        corners = gpu.types.GPUVertBuf(layout, 3)
+        corners.attr_fill("corner", [(-1.0, -1.0), (3.0, -1.0), (-1.0, 3.0)])
+        return gpu.types.GPUBatch(type="TRIS", buf=corners)
+
+    def draw_fullscreen(
+        self,
+        framebuffer: Any,
+        textures: Mapping[str, Any],
+        uniforms: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        """Run the fragment shader once for every pixel of `framebuffer`."""
+        with framebuffer.bind():
+            gpu.state.depth_test_set("NONE")
+            gpu.state.depth_mask_set(False)
+            self.bind(textures, uniforms)
+            self._fullscreen.draw(self.shader)
+
+
+def texture_2d(width: int, height: int, texture_format: str = "RGBA32F") -> Any:
+    """An empty GPU texture; its contents are undefined until drawn or cleared."""
+    return gpu.types.GPUTexture((width, height), format=texture_format)
+
+
+def texture_from_array(pixels: NDArray[np.float32], texture_format: str) -> Any:
+    """A GPU texture from (H, W, C) or, for an array texture, (layers, H, W, C) float32."""
+    components = pixels.shape[-1]
+    buffer = gpu.types.Buffer("FLOAT", pixels.size)
+    np.asarray(buffer)[:] = np.ascontiguousarray(pixels, dtype=np.float32).ravel()
+    expected = {"R": 1, "RG": 2, "RGBA": 4}[texture_format.rstrip("0123456789F")]
+    if components != expected:
+        raise ValueError(f"{texture_format} takes {expected} components, got {components}")
+    if pixels.ndim == 4:
+        layers, height, width, _ = pixels.shape
+        return gpu.types.GPUTexture(
+            (width, height), layers=layers, format=texture_format, data=buffer
+        )
+    height, width, _ = pixels.shape
+    return gpu.types.GPUTexture((width, height), format=texture_format, data=buffer)
+
+
+def read_texture(texture: Any) -> NDArray[np.float32]:
+    """A 2D texture's pixels: (H, W, C) float32, row 0 at the bottom."""
+    pixels = np.asarray(texture.read(), dtype=np.float32)
+    return pixels.reshape(texture.height, texture.width, -1).copy()
+
+
+def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:
+    """A framebuffer over the given textures."""
+    return gpu.types.GPUFrameBuffer(color_slots=tuple(color), depth_slot=depth)

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Finds the alpha mask of a material, for the passes that rasterize it.
+
+The bake lets Cycles evaluate any alpha. A rasterized view or shadow map has only the
+triangles, so a mask is read here where the material's alpha is a constant or an image passed
+through Math nodes, which is how foliage is made. Any other alpha is named as a problem and
+drawn opaque.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+Extension = Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
+
+
+@dataclass(frozen=True)
+class CutoutSource:
+    """What was found; `uv_map` is None when the material needs no mask, "" for the active map."""
+
+    alpha: NDArray[np.float32]
+    uv_map: str | None
+    extension: Extension
+    problem: str = ""
+
+
+class _Unsupported(Exception):
+    """The alpha depends on a node that cannot be read as an image."""
+
+
+@dataclass
+class _Found:
+    """The one image map that an alpha may depend on."""
+
+    image: Any = None
+    uv_map: str = ""
+    extension: Extension = "REPEAT"
+
+
+_OPAQUE = np.ones((1, 1), dtype=np.float32)
+
+
+def read_cutout_source(material: Any) -> CutoutSource | None:
+    """The mask of `material`, or None where it is opaque."""
+    tree = material.node_tree
+    if tree is None:
+        return None
+    output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
+    if output is None or not output.inputs["Surface"].is_linked:
+        return None
+    found = _Found()
+    try:
+        alpha = _shader_alpha(output.inputs["Surface"], found)
+    except _Unsupported as reason:
+        return CutoutSource(
+            _OPAQUE, None, "REPEAT", f"alpha depends on {reason}; the view draws it opaque"
+        )
+    values = np.atleast_2d(np.asarray(alpha, dtype=np.float32))
+    if (values >= 0.5).all():
+        return None
+    return CutoutSource(np.ascontiguousarray(values), found.uv_map, found.extension)
+
+
+def _source(socket: Any) -> Any:
+    """The output socket that feeds an input, through reroutes and muted nodes; None if unlinked."""
+    while socket.is_linked:
+        link = socket.links[0]
+        if link.is_muted:
+            return None
+        node = link.from_node
+        if node.bl_idname == "NodeReroute":
+            socket = node.inputs[0]
+        elif node.mute:
+            through = [pair for pair in node.internal_links if pair.to_socket == link.from_socket]
+            if not through:
+                return None
+            socket = through[0].from_socket
+        else:
+            return link.from_socket
+    return None
+
+
+def _shader_alpha(socket: Any, found: _Found) -> Any:
+    output = _source(socket)
+    if output is None:
+        return 1.0
+    node = output.node
+    if node.bl_idname == "ShaderNodeBsdfTransparent":
+        return 0.0
+    if node.bl_idname == "ShaderNodeMixShader":
+        first = _shader_alpha(node.inputs[1], found)
+        second = _shader_alpha(node.inputs[2], found)
+        if np.ndim(first) == 0 and np.ndim(second) == 0 and first == second:
+            return first
+        factor = np.clip(_value(node.inputs["Fac" if "Fac" in node.inputs else 0], found), 0, 1)
+        return first * (1.0 - factor) + second * factor
+    if node.bl_idname == "ShaderNodeAddShader":
+        return np.minimum(
+            _shader_alpha(node.inputs[0], found), _shader_alpha(node.inputs[1], found)
+        )
+    if node.bl_idname == "ShaderNodeGroup":
+        if _group_is_opaque(node.node_tree, set()):
+            return 1.0
+        raise _Unsupported(f"the node group '{node.node_tree.name}'")
+    if node.bl_idname == "ShaderNodeBsdfPrincipled":
+        return np.clip(_value(node.inputs["Alpha"], found), 0.0, 1.0)
+    return 1.0
+
+
+def _group_is_opaque(tree: Any, seen: set[int]) -> bool:
+    """Whether no node of a group, or of groups in it, can let light pass straight through."""
+    seen.add(tree.session_uid)
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeBsdfTransparent":
+            return False
+        if node.bl_idname == "ShaderNodeBsdfPrincipled":
+            alpha = node.inputs["Alpha"]
+            if alpha.is_linked or alpha.default_value < 0.5:
+                return False
+        inner = getattr(node, "node_tree", None)
+        if inner is not None and inner.session_uid not in seen and not _group_is_opaque(inner, seen):
+            return False
+    return True
+
+
+def _value(socket: Any, found: _Found) -> Any:
+    output = _source(socket)
+    if output is None:
+        return float(socket.default_value)
+    node = output.node
+    if node.bl_idname == "ShaderNodeValue":
+        return float(node.outputs[0].default_value)
+    if node.bl_idname == "ShaderNodeMath":
+        operation = _MATH.get(node.operation)
+        if operation is None:
+            raise _Unsupported(f"a Math node set to {node.operation}")
+        inputs = [_value(node.inputs[i], found) for i in range(operation[0])]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            result = np.nan_to_num(operation[1](*inputs), nan=0.0, posinf=0.0, neginf=0.0)
+        return np.clip(result, 0.0, 1.0) if node.use_clamp else result
+    if node.bl_idname == "ShaderNodeTexImage":
+        return _image_channel(node, output.identifier, found)
+    raise _Unsupported(f"the node '{node.name}'")
+
+
+_MATH: dict[str, tuple[int, Any]] = {
+    "ADD": (2, np.add),
+    "SUBTRACT": (2, np.subtract),
+    "MULTIPLY": (2, np.multiply),
+    "DIVIDE": (2, np.divide),
+    "MULTIPLY_ADD": (3, lambda a, b, c: a * b + c),
+    "POWER": (2, np.power),
+    "MINIMUM": (2, np.minimum),
+    "MAXIMUM": (2, np.maximum),
+    "LESS_THAN": (2, lambda a, b: np.where(np.less(a, b), 1.0, 0.0)),
+    "GREATER_THAN": (2, lambda a, b: np.where(np.greater(a, b), 1.0, 0.0)),
+    "ROUND": (1, lambda a: np.floor(np.asarray(a) + 0.5)),
+    "FLOOR": (1, np.floor),
+    "CEIL": (1, np.ceil),
+    "ABSOLUTE": (1, np.abs),
+    "SQRT": (1, np.sqrt),
+}
+
+
+def _image_channel(node: Any, output: str, found: _Found) -> NDArray[np.float32]:
+    image = node.image
+    if image is None or not image.has_data and image.size[0] == 0:
+        return np.zeros((1, 1), dtype=np.float32)
+    if node.projection != "FLAT":
+        raise _Unsupported(f"the {node.projection.lower()}-projected image '{image.name}'")
+    if image.source not in {"FILE", "GENERATED"}:
+        raise _Unsupported(f"the image '{image.name}', whose source is {image.source.lower()}")
+    if found.image not in (None, image):
+        raise _Unsupported("more than one image")
+    uv_map = _uv_map(node)
+    width, height = image.size
+    pixels = np.empty(width * height * image.channels, dtype=np.float32)
+    image.pixels.foreach_get(pixels)
+    pixels = pixels.reshape(height, width, image.channels)
+    found.image, found.uv_map = image, uv_map
+    found.extension = cast(Extension, node.extension)
+    if output == "Alpha":
+        if image.channels < 4 or image.alpha_mode == "NONE":
+            return np.ones((1, 1), dtype=np.float32)
+        return pixels[..., 3].copy()
+    if image.colorspace_settings.is_data:
+        return pixels[..., : min(3, image.channels)].mean(axis=-1)
+    raise _Unsupported(f"the colour of the image '{image.name}'")
+
+
+def _uv_map(node: Any) -> str:
+    output = _source(node.inputs["Vector"])
+    if output is None:
+        return ""
+    if output.node.bl_idname == "ShaderNodeUVMap" and not output.node.from_instancer:
+        return str(output.node.uv_map)
+    if output.node.bl_idname == "ShaderNodeTexCoord" and output.name == "UV":
+        return ""
+    raise _Unsupported(f"the texture coordinates made by the node '{output.node.name}'")

@@ -1,0 +1,95 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads cameras and viewports into `View`s."""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from ..errors import InputError
+from .view import FilterKind, PixelFilter, View
+
+
+def find_camera(scene: Any, name: str | None = None) -> Any:
+    """The scene's camera object by name, or its active one.
+
+    Raises:
+        InputError: no such camera; the message lists those there are.
+    """
+    cameras = {obj.name: obj for obj in scene.objects if obj.type == "CAMERA"}
+    if not cameras:
+        raise InputError(f"scene '{scene.name}' has no camera; add one")
+    if name is None:
+        camera = scene.camera
+        return camera if camera is not None else next(iter(cameras.values()))
+    if name not in cameras:
+        raise InputError(
+            f"scene '{scene.name}' has no camera '{name}'; it has: {', '.join(sorted(cameras))}"
+        )
+    return cameras[name]
+
+
+def read_view(
+    depsgraph: Any, camera: Any, width: int | None = None, height: int | None = None
+) -> View:
+    """The view of a camera object, at the scene's render size unless another is given.
+
+    Raises:
+        InputError: the camera is panoramic or of a custom kind.
+    """
+    scene = depsgraph.scene_eval
+    evaluated = camera.evaluated_get(depsgraph)
+    if evaluated.data.type not in ("PERSP", "ORTHO"):
+        raise InputError(
+            f"camera '{camera.name}' is {evaluated.data.type.lower()}; "
+            "Relume shows perspective and orthographic cameras"
+        )
+    scale = scene.render.resolution_percentage / 100.0
+    width = width or max(1, int(scene.render.resolution_x * scale))
+    height = height or max(1, int(scene.render.resolution_y * scale))
+    clip_from_camera = evaluated.calc_matrix_camera(
+        depsgraph,
+        x=width,
+        y=height,
+        scale_x=scene.render.pixel_aspect_x,
+        scale_y=scene.render.pixel_aspect_y,
+    )
+    return View(
+        world_from_camera=_rigid(evaluated.matrix_world),
+        clip_from_camera=np.array(clip_from_camera, dtype=np.float64),
+        width=width,
+        height=height,
+        perspective=evaluated.data.type == "PERSP",
+        pixel_filter=read_pixel_filter(scene),
+        name=camera.name,
+    )
+
+
+def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
+    """What a 3D viewport shows: its own navigation, or the camera it looks through."""
+    return View(
+        world_from_camera=_rigid(region_data.view_matrix.inverted()),
+        clip_from_camera=np.array(region_data.window_matrix, dtype=np.float64),
+        width=region.width,
+        height=region.height,
+        perspective=bool(region_data.is_perspective),
+        pixel_filter=read_pixel_filter(scene),
+    )
+
+
+def read_pixel_filter(scene: Any) -> PixelFilter:
+    """Cycles' pixel filter as set in the scene; Cycles' own defaults without Cycles."""
+    cycles = getattr(scene, "cycles", None)
+    if cycles is None:
+        return PixelFilter()
+    kind = cast(FilterKind, cycles.pixel_filter_type)
+    # Cycles' box filter is always one pixel wide.
+    return PixelFilter(kind, 1.0 if kind == "BOX" else float(cycles.filter_width))
+
+
+def _rigid(matrix: Any) -> Any:
+    """(4, 4) float64 with unit axes: cameras ignore their object's scale, as in Cycles."""
+    rigid = np.array(matrix, dtype=np.float64)
+    rigid[:3, :3] /= np.linalg.norm(rigid[:3, :3], axis=0)
+    return rigid

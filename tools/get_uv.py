@@ -29,7 +29,7 @@ import urllib.parse
 import urllib.request
 import zipfile
 from pathlib import Path
-from typing import Optional
+from typing import Any, Optional
 
 PINNED = "0.13.9"
 # An older uv may call the lock file, which this series wrote, outdated.
@@ -83,7 +83,7 @@ def index_url() -> str:
     return "https://pypi.org/simple"
 
 
-def find_wheel(page: dict, filename: str) -> tuple[str, str]:
+def find_wheel(page: dict[str, Any], filename: str) -> tuple[str, str]:
     """The address and SHA-256 of a file on a PEP 691 index page. Raises LookupError."""
     for entry in page.get("files", []):
         if entry.get("filename") == filename:

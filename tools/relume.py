@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: `relume VERB ...`, or `python -m tools.relume VERB ...`.
+
+Every verb takes --json (one JSON object on standard output) and ends with 0; with 2 for
+arguments or input that cannot be used, after one line on standard error; with 1 for anything
+else.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import traceback
+from collections.abc import Sequence
+
+from addon.errors import InputError
+from addon.progress import Cancelled
+
+from .output import progress_on, standard_output, to_json
+from .verbs import VERBS
+
+BAD_INPUT = 2
+FAILURE = 1
+
+
+def parser() -> argparse.ArgumentParser:
+    """All verbs and their arguments."""
+    top = argparse.ArgumentParser(
+        prog="relume", description="Relight Blender shots from deep framebuffers baked once."
+    )
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="VERB")
+    for verb in VERBS:
+        sub = verbs.add_parser(verb.NAME, help=verb.HELP, description=verb.HELP)
+        verb.add_arguments(sub)
+        sub.add_argument(
+            "--json", action="store_true", help="print one JSON object on standard output"
+        )
+        sub.set_defaults(module=verb)
+    return top
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one verb and return the exit status.
+
+    Args:
+        argv: the words after the program's name; None for the process's own.
+    """
+    try:
+        args = parser().parse_args(argv)
+    except SystemExit as leave:  # argparse: 0 after --help, 2 after a wrong argument
+        return int(leave.code or 0)
+    with standard_output() as out:
+        try:
+            result = args.module.run(args, progress_on(sys.stderr))
+            text = to_json(result) if args.json else args.module.describe(result)
+            out.write(text + "\n")
+            out.flush()
+        except InputError as error:
+            return _fail(f"relume {args.verb}: {_one_line(error)}", BAD_INPUT)
+        except (Cancelled, KeyboardInterrupt):
+            return _fail(f"relume {args.verb}: stopped", FAILURE)
+        except Exception:  # noqa: BLE001 - the last resort: the trace is the message
+            traceback.print_exc()
+            return _fail(f"relume {args.verb}: this is a fault in Relume", FAILURE)
+    return 0
+
+
+def _one_line(error: InputError) -> str:
+    return " ".join(str(error).split())
+
+
+def _fail(message: str, status: int) -> int:
+    print(message, file=sys.stderr, flush=True)
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -15,7 +15,7 @@ FilterKind = Literal["BOX", "GAUSSIAN", "BLACKMAN_HARRIS"]
 
 @dataclass(frozen=True)
 class PixelFilter:
-    """Cycles' pixel filter: its kind and its full width in pixels."""
+    """Cycles' pixel filter: its kind, and its width in pixels as Blender's settings give it."""
 
     kind: FilterKind = "BLACKMAN_HARRIS"
     width: float = 1.5

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene's triangles on the GPU, for every pass that rasterizes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import gpu
+import numpy as np
+from numpy.typing import NDArray
+
+from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
+from ..glsl.uniforms import Field, UniformBlock
+from ..scene.geometry import Cutout, SceneGeometry
+
+# Who looks at the triangles: a camera, or a light that casts shadows.
+Audience = Literal["camera", "shadow"]
+
+# The block that every rasterizing pass has.
+RASTER_BLOCK = UniformBlock("raster", (Field("mat4", "clip_from_local"),))
+
+_EXTENSION_CODE = {"REPEAT": 0, "EXTEND": 1, "CLIP": 2, "MIRROR": 3}
+_CUTOUT_BLOCK = UniformBlock("cutout", (Field("int", "extension"),))
+
+
+@dataclass(frozen=True)
+class RasterProgram:
+    """A rasterizing pass, built for plain triangles and, if the scene has any, for cut-outs."""
+
+    opaque: ShaderProgram
+    cutout: ShaderProgram | None
+
+
+def build_raster_program(description: PassShader, with_cutouts: bool) -> RasterProgram:
+    """Complete a pass's description with the geometry's vertex stage, and compile it.
+
+    The fragment shader finds `local_position` (vec3), `surface_normal` (vec3, unit, by the
+    triangle's winding) and `surface_material` (int), and calls `cut_away()` first, which
+    discards the fragment where the material's mask says so.
+    """
+    plain = replace(
+        description,
+        vertex="geometry_vert",
+        vertex_in=(("VEC3", "position"), ("VEC3", "geometric_normal"), ("INT", "material_id")),
+        varyings=(
+            Varying("smooth", "VEC3", "local_position"),
+            Varying("flat", "VEC3", "surface_normal"),
+            Varying("flat", "INT", "surface_material"),
+        ),
+        blocks=(RASTER_BLOCK, *description.blocks),
+        library=("cutout", *description.library),
+    )
+    masked = replace(
+        plain,
+        name=f"{plain.name}_cutout",
+        vertex_in=(*plain.vertex_in, ("VEC2", "uv")),
+        varyings=(*plain.varyings, Varying("smooth", "VEC2", "surface_uv")),
+        blocks=(*plain.blocks, _CUTOUT_BLOCK),
+        samplers=(*plain.samplers, ("cutout_alpha", "FLOAT_2D")),
+        defines=(*plain.defines, ("HAS_CUTOUT", "1")),
+    )
+    return RasterProgram(plain.build(), masked.build() if with_cutouts else None)
+
+
+@dataclass(frozen=True)
+class _Group:
+    """Triangles that are drawn in one call."""
+
+    batch: Any
+    camera_visible: bool
+    shadow_visible: bool
+    cutout: Cutout | None
+    mask: Any
+
+
+class GeometryBuffer:
+    """Vertex buffers in local space: world axes, metres, origin at `origin`.
+
+    Attributes:
+        origin: (3,) float64, world space. Vertices are made relative to it in float64, so a
+            scene far from the world's origin keeps its precision in float32.
+        has_cutouts: whether any triangle has an alpha mask.
+        triangle_count: triangles on the GPU.
+    """
+
+    def __init__(self, geometry: SceneGeometry, origin: NDArray[np.float64]) -> None:
+        self.origin = np.array(origin, dtype=np.float64)
+        self.triangle_count = len(geometry)
+        local = (geometry.vertices - self.origin).astype(np.float32)
+        cutout_of_material = np.full(len(geometry.material_names), -1)
+        for index, cutout in enumerate(geometry.cutouts):
+            cutout_of_material[cutout.material_id] = index
+        cutout_index = cutout_of_material[geometry.material_id]
+        # One number for each combination that needs a draw call of its own.
+        combination = (
+            (cutout_index + 1) * 4
+            + geometry.camera_visible.astype(np.int64) * 2
+            + geometry.shadow_visible.astype(np.int64)
+        )
+        self._groups: list[_Group] = []
+        for key in np.unique(combination):
+            chosen = np.flatnonzero(combination == key)
+            cutout_number = int(key) // 4 - 1
+            cutout_used = geometry.cutouts[cutout_number] if cutout_number >= 0 else None
+            self._groups.append(
+                _Group(
+                    batch=_batch(geometry, local, chosen, cutout_used is not None),
+                    camera_visible=bool(key & 2),
+                    shadow_visible=bool(key & 1),
+                    cutout=cutout_used,
+                    mask=(
+                        texture_from_array(cutout_used.alpha[..., None], "R32F")
+                        if cutout_used is not None
+                        else None
+                    ),
+                )
+            )
+        self.has_cutouts = any(group.cutout is not None for group in self._groups)
+
+    def draw(
+        self,
+        program: RasterProgram,
+        clip_from_local: NDArray[np.float64],
+        audience: Audience,
+        textures: Mapping[str, Any] | None = None,
+        uniforms: Mapping[str, Mapping[str, Any]] | None = None,
+    ) -> None:
+        """Draw all triangles that `audience` sees into the bound framebuffer.
+
+        Args:
+            clip_from_local: (4, 4), OpenGL clip space from local space.
+            textures, uniforms: what the pass declares beyond the geometry's own.
+        """
+        textures = dict(textures or {})
+        uniforms = {"raster": {"clip_from_local": clip_from_local}, **(uniforms or {})}
+        gpu.state.depth_test_set("LESS_EQUAL")
+        gpu.state.depth_mask_set(True)
+        gpu.state.face_culling_set("NONE")
+        for group in self._groups:
+            if not (group.camera_visible if audience == "camera" else group.shadow_visible):
+                continue
+            if group.cutout is None:
+                program.opaque.bind(textures, uniforms)
+                group.batch.draw(program.opaque.shader)
+                continue
+            if program.cutout is None:
+                raise ValueError("the pass was built without cut-outs, but the scene has some")
+            extension = _EXTENSION_CODE[group.cutout.extension]
+            program.cutout.bind(
+                {**textures, "cutout_alpha": group.mask},
+                {**uniforms, "cutout": {"extension": extension}},
+            )
+            group.batch.draw(program.cutout.shader)
+        gpu.state.depth_test_set("NONE")
+        gpu.state.depth_mask_set(False)
+
+
+def _batch(
+    geometry: SceneGeometry,
+    local: NDArray[np.float32],
+    chosen: NDArray[np.int64],
+    with_uv: bool,
+) -> Any:
+    layout = gpu.types.GPUVertFormat()
+    layout.attr_add(id="position", comp_type="F32", len=3, fetch_mode="FLOAT")
+    layout.attr_add(id="geometric_normal", comp_type="F32", len=3, fetch_mode="FLOAT")
+    layout.attr_add(id="material_id", comp_type="I32", len=1, fetch_mode="INT")
+    if with_uv:
+        layout.attr_add(id="uv", comp_type="F32", len=2, fetch_mode="FLOAT")
+    vertices = gpu.types.GPUVertBuf(layout, 3 * len(chosen))
+    corners = local[geometry.triangles[chosen]].reshape(-1, 3)
+    normals = np.repeat(geometry.normal[chosen].astype(np.float32), 3, axis=0)
+    ids = np.repeat(geometry.material_id[chosen].astype(np.int32), 3)
+    vertices.attr_fill("position", np.ascontiguousarray(corners))
+    vertices.attr_fill("geometric_normal", np.ascontiguousarray(normals))
+    vertices.attr_fill("material_id", np.ascontiguousarray(ids[:, None]))
+    if with_uv:
+        if geometry.uv is None:
+            raise ValueError("the geometry has cut-outs but no texture coordinates")
+        uv = geometry.uv[chosen].reshape(-1, 2)
+        vertices.attr_fill("uv", np.ascontiguousarray(uv, dtype=np.float32))
+    return gpu.types.GPUBatch(type="TRIS", buf=vertices)

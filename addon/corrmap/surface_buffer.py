@@ -39,8 +39,9 @@ class SurfaceBuffer:
             (3,) unit vector from the surface toward the camera; see `perspective`.
         perspective: whether `eye` is a place (True) or a direction (False).
         position: xyz local position, w = 1 + material id; w = 0 where nothing is hit.
-        geometric_normal: xyz unit, facing the viewer; w = 0 where no caching camera saw the
-            surface (a hole filled by a guess), else the correspondence score > 0.
+        geometric_normal: xyz unit, facing the viewer; w tells where the values come from:
+            > 0 the correspondence score, -1 a small hole filled from its neighbours, 0 a
+            larger one that got its material's mean values.
         shading: xyz unit shading normal, w roughness.
         diffuse: rgb diffuse_color, w layer_f0.
         specular_f0: rgb specular_f0, w layer_f90.

@@ -1,0 +1,200 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The correspondence map: for every pixel of the view, the cached texel to read.
+
+Kim, Kyung, Lee 2009, section III.3. Two passes over the view: `CorrespondencePass` finds the
+best caching camera of each pixel (equation 5); `GatherPass` reads the deep framebuffers there,
+and fills one- and two-pixel holes from neighbours. What stays open after that is shaded with
+its material's mean values on the triangle's own normal, and counted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camplace.camera import CachingCamera
+from ..errors import InputError
+from ..glsl.shader import PassShader, framebuffer, read_texture, texture_2d
+from ..glsl.uniforms import Field, UniformBlock
+from .surface_buffer import SURFACE_SAMPLERS, SurfaceBuffer
+from .tile_pages import TileLayout, TilePages
+from .visible_surface import VisibleSurface
+
+if TYPE_CHECKING:
+    import gpu
+
+# A uniform block holds 64 KiB on the GPUs that Blender runs on; a camera takes 80 bytes.
+MAX_CAMERAS = 800
+
+
+@dataclass(frozen=True)
+class CorrespondenceMap:
+    """Which texel each pixel reads.
+
+    Attributes:
+        texture: RGBA32F: camera number (an index into the session's cameras) or -1 for a
+            hole, u, v in [0, 1] of that camera's picture, score (equation 5).
+    """
+
+    texture: gpu.types.GPUTexture
+
+    def read(self) -> NDArray[np.float32]:
+        """(H, W, 4) float32, row 0 at the bottom."""
+        return read_texture(self.texture)
+
+
+def camera_block(count: int) -> UniformBlock:
+    """The uniform block that holds `count` caching cameras in local space.
+
+    Raises:
+        InputError: more cameras than a block holds.
+    """
+    if count > MAX_CAMERAS:
+        raise InputError(
+            f"the cache has {count} caching cameras, and {MAX_CAMERAS} can be used at once; "
+            "place fewer"
+        )
+    return UniformBlock(
+        "caching_cameras",
+        (
+            Field("int", "count"),
+            Field("vec4", "right", count),
+            Field("vec4", "up", count),
+            Field("vec4", "forward", count),
+            Field("vec4", "place", count),
+            Field("vec4", "tile", count),
+        ),
+    )
+
+
+def camera_uniforms(
+    cameras: Sequence[CachingCamera], layout: TileLayout, origin: NDArray[np.float64]
+) -> dict[str, Any]:
+    """Values of `camera_block`: unit axes, place with tan(fov / 2), and tile of each camera."""
+    world_from_camera = np.stack([camera.world_from_camera for camera in cameras])
+
+    def padded(vectors: NDArray[np.float64], last: NDArray[np.float64] | float) -> Any:
+        column = np.broadcast_to(np.asarray(last, dtype=np.float64), (len(vectors),))
+        return np.concatenate([vectors, column[:, None]], axis=1)
+
+    half_extents = np.array([camera.half_extent for camera in cameras])
+    resolutions = np.array([camera.resolution for camera in cameras], dtype=np.float64)
+    tile = np.concatenate([layout.page[:, None], layout.corner], axis=1).astype(np.float64)
+    return {
+        "count": len(cameras),
+        "right": padded(world_from_camera[:, :3, 0], 0.0),
+        "up": padded(world_from_camera[:, :3, 1], 0.0),
+        "forward": padded(-world_from_camera[:, :3, 2], 0.0),
+        "place": padded(world_from_camera[:, :3, 3] - origin, half_extents),
+        "tile": padded(tile, resolutions),
+    }
+
+
+_VISIBLE_SAMPLERS = (("visible_position", "FLOAT_2D"), ("visible_normal", "FLOAT_2D"))
+_LIBRARY = ("tolerances", "caching_camera")
+
+
+class CorrespondencePass:
+    """Finds the best caching camera of every pixel."""
+
+    def __init__(
+        self, cameras: Sequence[CachingCamera], pages: TilePages, origin: NDArray[np.float64]
+    ) -> None:
+        self._pages = pages
+        self._uniforms = {"caching_cameras": camera_uniforms(cameras, pages.layout, origin)}
+        self._program = PassShader(
+            name="correspondence",
+            fragment="correspondence",
+            library=_LIBRARY,
+            blocks=(camera_block(len(cameras)),),
+            samplers=(*_VISIBLE_SAMPLERS, ("cache_depth", "FLOAT_2D_ARRAY")),
+            outputs=(("VEC4", "correspondence"),),
+        ).build()
+
+    def draw(self, visible: VisibleSurface) -> CorrespondenceMap:
+        """The correspondence map of one sample of the view."""
+        texture = texture_2d(visible.position.width, visible.position.height)
+        self._program.draw_fullscreen(
+            framebuffer([texture]),
+            {
+                "visible_position": visible.position,
+                "visible_normal": visible.normal,
+                "cache_depth": self._pages.depth,
+            },
+            self._uniforms,
+        )
+        return CorrespondenceMap(texture)
+
+
+class GatherPass:
+    """Reads the surfaces' parameters through a correspondence map."""
+
+    def __init__(
+        self, cameras: Sequence[CachingCamera], pages: TilePages, origin: NDArray[np.float64]
+    ) -> None:
+        self._pages = pages
+        self._origin = np.array(origin, dtype=np.float64)
+        self._uniforms = {"caching_cameras": camera_uniforms(cameras, pages.layout, origin)}
+        # Position is handed through from the visible surface; the rest is written here.
+        self._outputs = tuple(name for name, _ in SURFACE_SAMPLERS if name != "surface_position")
+        self._program = PassShader(
+            name="gather",
+            fragment="gather",
+            library=_LIBRARY,
+            generated=pages.glsl(),
+            blocks=(camera_block(len(cameras)),),
+            samplers=(*_VISIBLE_SAMPLERS, ("correspondence", "FLOAT_2D"), *pages.samplers),
+            outputs=tuple(("VEC4", name) for name in self._outputs),
+        ).build()
+
+    def draw(self, visible: VisibleSurface, correspondence: CorrespondenceMap) -> SurfaceBuffer:
+        """The view's surfaces, holes filled."""
+        width, height = visible.position.width, visible.position.height
+        targets = {name: texture_2d(width, height) for name in self._outputs}
+        self._program.draw_fullscreen(
+            framebuffer(list(targets.values())),
+            {
+                "visible_position": visible.position,
+                "visible_normal": visible.normal,
+                "correspondence": correspondence.texture,
+                **self._pages.textures(),
+            },
+            self._uniforms,
+        )
+        return SurfaceBuffer(
+            width=width,
+            height=height,
+            origin=self._origin,
+            eye=visible.eye[:3],
+            perspective=bool(visible.eye[3] > 0.0),
+            position=visible.position,
+            **{name.removeprefix("surface_"): texture for name, texture in targets.items()},
+        )
+
+
+@dataclass(frozen=True)
+class Coverage:
+    """How much of the view's surface the cache shows.
+
+    Attributes:
+        surface_pixels: pixels that see any surface.
+        hole_fraction: share of them that no caching camera sees.
+        open_fraction: share still open after small holes were filled from neighbours.
+    """
+
+    surface_pixels: int
+    hole_fraction: float
+    open_fraction: float
+
+
+def measure_coverage(surface: SurfaceBuffer) -> Coverage:
+    """Count holes in one sample of the view."""
+    is_surface = read_texture(surface.position)[..., 3] > 0.0
+    origin = read_texture(surface.geometric_normal)[..., 3][is_surface]
+    if not origin.size:
+        return Coverage(0, 0.0, 0.0)
+    return Coverage(origin.size, float((origin <= 0.0).mean()), float((origin == 0.0).mean()))

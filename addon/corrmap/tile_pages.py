@@ -1,0 +1,215 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All deep framebuffers on the GPU, as square tiles in the pages of array textures."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..caching.framebuffer import DeepFramebuffer
+from ..caching.packing import Packing
+from ..errors import InputError
+from ..glsl.shader import texture_from_array
+
+if TYPE_CHECKING:
+    import gpu
+
+
+@dataclass(frozen=True)
+class TileLayout:
+    """Where each tile lies.
+
+    Attributes:
+        page_size: texels along a page's side.
+        page_count: pages.
+        page: (N,) int64, each tile's page.
+        corner: (N, 2) int64, x and y of its lower left texel.
+    """
+
+    page_size: int
+    page_count: int
+    page: NDArray[np.int64]
+    corner: NDArray[np.int64]
+
+
+def lay_out_tiles(resolutions: Sequence[int]) -> TileLayout:
+    """Pack square tiles without gaps between tiles of powers of two.
+
+    Tiles in falling size fill each page along a Z-order curve: a tile of side s starts at a
+    multiple of s*s texels along the curve, which is always a square's corner.
+
+    Raises:
+        ValueError: no tile, or one without a texel.
+    """
+    if not len(resolutions) or min(resolutions) < 1:
+        raise ValueError("tiles need at least one texel")
+    sides = 1 << np.ceil(np.log2(np.asarray(resolutions, dtype=np.float64))).astype(np.int64)
+    page_size = int(sides.max())
+    order = np.argsort(-sides, kind="stable")
+    areas = sides[order] ** 2
+    start = np.concatenate([[0], np.cumsum(areas)[:-1]])
+    page = np.empty(len(sides), dtype=np.int64)
+    corner = np.empty((len(sides), 2), dtype=np.int64)
+    page[order] = start // page_size**2
+    offset = start % page_size**2
+    corner[order] = np.stack([_even_bits(offset), _even_bits(offset >> 1)], axis=-1)
+    return TileLayout(page_size, int(page.max()) + 1, page, corner)
+
+
+def _even_bits(code: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Every second bit of a Z-order code, drawn together: one coordinate."""
+    result = np.zeros_like(code)
+    for bit in range(31):
+        result |= ((code >> (2 * bit)) & 1) << bit
+    return result
+
+
+@dataclass(frozen=True)
+class TilePages:
+    """The GPU's copy of a cache.
+
+    Attributes:
+        layout: where the tiles lie.
+        depth: R32F array texture; 0 where a caching camera hit nothing.
+        packed: one array texture for each of `packing.textures`.
+        means: RGBA32F, (materials + 2) x textures: the mean of every packed component over
+            each material's texels, for surfaces that no camera saw. The first and the last
+            column, for materials that the cache does not know, are over all.
+        packing: what lies where.
+    """
+
+    layout: TileLayout
+    depth: gpu.types.GPUTexture
+    packed: tuple[gpu.types.GPUTexture, ...]
+    means: gpu.types.GPUTexture
+    packing: Packing
+
+    @property
+    def samplers(self) -> tuple[tuple[str, str], ...]:
+        """Sampler declarations for passes that read the tiles."""
+        packed = tuple((f"cache_{i}", "FLOAT_2D_ARRAY") for i in range(len(self.packed)))
+        return (("cache_depth", "FLOAT_2D_ARRAY"), ("cache_means", "FLOAT_2D"), *packed)
+
+    def textures(self) -> dict[str, gpu.types.GPUTexture]:
+        """The textures by the names in `samplers`."""
+        packed = {f"cache_{i}": texture for i, texture in enumerate(self.packed)}
+        return {"cache_depth": self.depth, "cache_means": self.means, **packed}
+
+    def glsl(self) -> str:
+        """`CachedSurface`, `read_packed`, `read_material_id` and `read_material_mean`."""
+        count = len(self.packed)
+        lines = [self.packing.glsl(), "vec4 read_packed(int index, ivec3 texel)", "{"]
+        lines += [
+            f"  if (index == {i}) {{ return texelFetch(cache_{i}, texel, 0); }}"
+            for i in range(count)
+        ]
+        lines += ["  return vec4(0.0);", "}", ""]
+        lines += ["float read_material_id(ivec3 texel)", "{", "  vec4 texels[PACKED_COUNT];"]
+        lines.append(f"  for (int i = 0; i < PACKED_COUNT; i++) {{ {_MATERIAL_TEXEL} }}")
+        lines += ["  return unpack_surface(texels).material_id;", "}", ""]
+        lines += ["CachedSurface read_material_mean(int column)", "{"]
+        lines += ["  vec4 texels[PACKED_COUNT];"]
+        lines += ["  for (int i = 0; i < PACKED_COUNT; i++) {"]
+        lines += ["    texels[i] = texelFetch(cache_means, ivec2(column, i), 0);", "  }"]
+        lines += ["  return unpack_surface(texels);", "}", ""]
+        return "\n".join(lines).replace("INDEX", str(self._material_texture))
+
+    @property
+    def _material_texture(self) -> int:
+        """Which packed texture holds material_id; -1 when it is a constant."""
+        for index, texture in enumerate(self.packing.textures):
+            if ("material_id", 0) in texture.components:
+                return index
+        return -1
+
+
+# Only the texture that holds the id is read; the others' values are not looked at.
+_MATERIAL_TEXEL = "texels[i] = i == INDEX ? read_packed(i, texel) : vec4(0.0);"
+
+
+def upload_tiles(
+    framebuffers: Sequence[DeepFramebuffer], packing: Packing, material_count: int
+) -> TilePages:
+    """Copy deep framebuffers to the GPU, and average each material.
+
+    Args:
+        framebuffers: in the order in which the correspondence map will number them.
+        packing: of the cache's plan.
+        material_count: materials in the plan; `material_id` runs from 1 to it.
+
+    Raises:
+        InputError: the tiles need more pages than the GPU's array textures have.
+    """
+    import gpu
+
+    layout = lay_out_tiles([framebuffer.camera.resolution for framebuffer in framebuffers])
+    if layout.page_count > gpu.capabilities.max_texture_layers_get():
+        raise InputError(
+            f"{len(framebuffers)} caching cameras do not fit this GPU's textures; "
+            "place fewer cameras or bake at a lower preset"
+        )
+    shape = (layout.page_count, layout.page_size, layout.page_size)
+    pages = np.zeros((*shape, 1), dtype=np.float32)
+    for index, framebuffer in enumerate(framebuffers):
+        _tile(pages, layout, index, framebuffer.camera.resolution)[...] = framebuffer.channels[
+            "depth"
+        ]
+    depth = texture_from_array(pages, "R32F")
+    columns = material_count + 2
+    sums = np.zeros((len(packing.textures) or 1, columns, 4))
+    counts = np.zeros(columns)
+    for framebuffer in framebuffers:
+        ids = _material_ids(framebuffer, packing, material_count)
+        counts += np.bincount(ids, minlength=columns)
+    packed = []
+    for number, texture in enumerate(packing.textures):
+        pages = np.zeros((*shape, 4), dtype=np.float32)
+        for index, framebuffer in enumerate(framebuffers):
+            pixels = packing.pack(framebuffer.channels, texture)
+            _tile(pages, layout, index, framebuffer.camera.resolution)[...] = pixels
+            ids = _material_ids(framebuffer, packing, material_count)
+            for component in range(4):
+                sums[number, :, component] += np.bincount(
+                    ids,
+                    weights=pixels[..., component].ravel()[_hit(framebuffer)],
+                    minlength=columns,
+                )
+        packed.append(texture_from_array(pages, texture.texture_format))
+    overall = sums.sum(axis=1, keepdims=True) / max(counts.sum(), 1.0)
+    known = counts[None, :, None] > 0.0
+    means = np.where(known, sums / np.maximum(counts, 1.0)[None, :, None], overall)
+    means[:, [0, -1]] = overall
+    return TilePages(
+        layout,
+        depth,
+        tuple(packed),
+        texture_from_array(means.astype(np.float32), "RGBA32F"),
+        packing,
+    )
+
+
+def _tile(
+    pages: NDArray[np.float32], layout: TileLayout, index: int, resolution: int
+) -> NDArray[np.float32]:
+    x, y = layout.corner[index]
+    return pages[layout.page[index], y : y + resolution, x : x + resolution]
+
+
+def _hit(framebuffer: DeepFramebuffer) -> NDArray[np.bool_]:
+    return np.asarray(framebuffer.channels["depth"].ravel() > 0.0)
+
+
+def _material_ids(
+    framebuffer: DeepFramebuffer, packing: Packing, material_count: int
+) -> NDArray[np.int64]:
+    """The material column of every texel that hit something."""
+    hit = _hit(framebuffer)
+    if "material_id" not in packing.stored:
+        constant = int(packing.constants.get("material_id", (0.0,))[0])
+        return np.full(int(hit.sum()), min(constant, material_count))
+    ids = np.rint(framebuffer.channels["material_id"].ravel()[hit]).astype(np.int64)
+    return np.where((ids < 0) | (ids > material_count), 0, ids)

@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The lobes of addon/caching/channels.py, as Cycles' Diffuse, Glossy and Principled BSDF have
+ * them. The Fresnel term has two parts that add up to the stored f0 and f90: the dielectric
+ * layer's, with the dielectric's own curve, and the rest, with Schlick's. */
+
+/* The mean of Schlick's weight over the cosine-weighted hemisphere: 2 / ((5 + 3) 5 + 2). */
+const float SCHLICK_MEAN = 1.0 / 21.0;
+
+/* Cycles sets alpha^2 <= 2e-10 apart as a mirror (bsdf_microfacet.h), which a light without
+ * extent can't be seen in. */
+const float MIRROR_ALPHA_SQ = 2e-10;
+
+/* Schlick, An Inexpensive BRDF Model for Physically-based Rendering (1994), eq. 15. */
+float schlick_weight(float LoH)
+{
+  float m = clamp(1.0 - LoH, 0.0, 1.0);
+  float m2 = m * m;
+  return m2 * m2 * m;
+}
+
+/* The reflectance of a dielectric boundary at normal incidence to its index of refraction. */
+float ior_from_f0(float f0)
+{
+  float r = sqrt(clamp(f0, 0.0, 0.99));
+  return (1.0 + r) / (1.0 - r);
+}
+
+/* Fresnel's reflectance of a dielectric, unpolarized, from outside (Walter et al. 2007, eq. 22),
+ * rescaled so that it goes from 0 at normal to 1 at grazing incidence. */
+float dielectric_weight(float LoH, float f0)
+{
+  float ior = ior_from_f0(f0);
+  float c = clamp(LoH, 0.0, 1.0);
+  float g = sqrt(ior * ior - 1.0 + c * c);
+  float a = (g - c) / (g + c);
+  float b = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
+  float reflectance = 0.5 * a * a * (1.0 + b * b);
+  float start = (ior - 1.0) / (ior + 1.0);
+  start *= start;
+  return clamp((reflectance - start) / (1.0 - start), 0.0, 1.0);
+}
+
+/* The layer's reflectance at normal incidence as if it covered the surface wholly. */
+float layer_ratio(vec2 layer)
+{
+  return layer.y > 0.0 ? clamp(layer.x / layer.y, 0.0, 1.0) : 0.0;
+}
+
+/* Linear in what is stored: the layer's own span follows `dielectric`, the rest `schlick`. */
+vec3 fresnel_mix(vec3 f0, vec3 f90, vec2 layer, float schlick, float dielectric)
+{
+  float span = layer.y - layer.x;
+  return f0 + (f90 - f0) * schlick + vec3(span * (dielectric - schlick));
+}
+
+/* Trowbridge-Reitz (GGX) normal distribution; Walter et al. 2007, eq. 33, with the sine taken
+ * from a cross product: 1 - NoH^2 has no digits left where a narrow lobe needs them. */
+float D_ggx(vec3 N, vec3 H, float alpha_sq)
+{
+  vec3 NxH = cross(N, H);
+  float NoH = dot(N, H);
+  float d = dot(NxH, NxH) + alpha_sq * NoH * NoH;
+  return alpha_sq / (PI * d * d);
+}
+
+/* Smith's Lambda for GGX; Heitz, Understanding the Masking-Shadowing Function (2014), eq. 72. */
+float lambda_ggx(float cosine, float alpha_sq)
+{
+  float c2 = cosine * cosine;
+  return 0.5 * (sqrt(1.0 + alpha_sq * max(1.0 - c2, 0.0) / c2) - 1.0);
+}
+
+/* What Cycles adds for light that bounces between facets (microfacet_ggx_preserve_energy),
+ * after Kulla and Conty, Revisiting Physically Based Shading at Imageworks (2017). */
+vec3 multiscatter(vec3 f0, vec3 f90, vec4 albedo)
+{
+  /* Fresnel's mean for a dielectric is about 3 % above Schlick's at an index of 1.5 and this
+   * term is of second order, so Schlick's mean serves both. */
+  vec3 Fss = clamp(f0 + (f90 - f0) * SCHLICK_MEAN, vec3(0.0), vec3(1.0));
+  float missing = (1.0 - albedo.x) / albedo.x;
+  vec3 Fms = Fss * albedo.w / (vec3(1.0) - Fss * (1.0 - albedo.w));
+  return vec3(1.0) + Fms * missing;
+}
+
+/* The directional albedo of the lobe with these reflectances, bounces between facets included. */
+vec3 specular_albedo(vec3 f0, vec3 f90, vec2 layer, float mu, float roughness, vec4 albedo)
+{
+  float dielectric = albedo.y;
+  if (layer.y > 0.0) {
+    dielectric = dielectric_albedo(mu, roughness, layer_ratio(layer)) * albedo.x;
+  }
+  vec3 single = f0 * (albedo.x - albedo.y) + f90 * albedo.y +
+                vec3((layer.y - layer.x) * (dielectric - albedo.y));
+  return single * multiscatter(f0, f90, albedo);
+}
+
+/* The share of light that the dielectric layer lets through to the diffuse lobe and back. */
+float layer_transmission(vec2 layer, float mu, float roughness, vec4 albedo)
+{
+  vec3 kept = specular_albedo(
+      vec3(layer.x), vec3(layer.y), layer, mu, roughness, albedo);
+  return clamp(1.0 - kept.x, 0.0, 1.0);
+}
+
+/* The shading normal, turned towards the geometric one until the mirrored view direction clears
+ * the surface, as Cycles does for specular lobes (maybe_ensure_valid_specular_reflection).
+ * With a = angle(N, Ng) in their plane and V there at angle phi and length r, the mirrored
+ * direction's height is r cos(2 a - phi); Cycles asks for min(0.9 NgoV, 0.01). */
+vec3 specular_normal(vec3 N, vec3 Ng, vec3 V)
+{
+  float NgoV = dot(Ng, V);
+  float threshold = min(0.9 * NgoV, 0.01);
+  float height = 2.0 * dot(N, V) * dot(N, Ng) - NgoV;
+  vec3 side = N - dot(N, Ng) * Ng;
+  float length_sq = dot(side, side);
+  if (NgoV <= 0.0 || height >= threshold || length_sq <= 0.0) {
+    return N;
+  }
+  vec3 X = side * inversesqrt(length_sq);
+  vec2 in_plane = vec2(dot(V, X), NgoV);
+  float r = length(in_plane);
+  float angle = 0.5 * (atan(in_plane.x, in_plane.y) + acos(clamp(threshold / r, -1.0, 1.0)));
+  return sin(angle) * X + cos(angle) * Ng;
+}
+
+/* Single-scattering GGX with Fresnel, times NoL. `widening` is added to alpha^2. */
+vec3 specular_lobe(Surface s, vec3 N, vec3 L, float widening, vec4 albedo)
+{
+  float NoV = dot(N, s.V);
+  float NoL = dot(N, L);
+  float alpha = s.roughness * s.roughness;
+  float alpha_sq = alpha * alpha + widening;
+  if (NoV <= 0.0 || NoL <= 0.0 || alpha_sq <= MIRROR_ALPHA_SQ) {
+    return vec3(0.0);
+  }
+  vec3 half_vector = L + s.V;
+  float half_length = length(half_vector);
+  if (half_length <= 0.0) {
+    return vec3(0.0);
+  }
+  vec3 H = half_vector / half_length;
+  float LoH = dot(L, H);
+  float visible = 1.0 + lambda_ggx(NoV, alpha_sq) + lambda_ggx(NoL, alpha_sq);
+  float ratio = layer_ratio(s.layer);
+  vec3 F = fresnel_mix(
+      s.f0, s.f90, s.layer, schlick_weight(LoH), dielectric_weight(LoH, ratio));
+  /* D G F / (4 NoV NoL) * NoL */
+  return F * multiscatter(s.f0, s.f90, albedo) *
+         (D_ggx(N, H, alpha_sq) / (4.0 * NoV * visible));
+}

@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Caching cameras: projection into a deep framebuffer's tile, and the visibility of a point.
+ * Needs: block caching_cameras, sampler cache_depth, tolerances.glsl. */
+
+/* Right, up and forward components of a local vector. */
+vec3 camera_axes(int camera, vec3 v)
+{
+  return vec3(dot(caching_cameras.right[camera].xyz, v),
+              dot(caching_cameras.up[camera].xyz, v),
+              dot(caching_cameras.forward[camera].xyz, v));
+}
+
+/* A local point in a camera's axes; z is the distance along the view axis. */
+vec3 camera_from_local(int camera, vec3 p)
+{
+  return camera_axes(camera, p - caching_cameras.place[camera].xyz);
+}
+
+float half_extent(int camera)
+{
+  return caching_cameras.place[camera].w;
+}
+
+float tile_resolution(int camera)
+{
+  return caching_cameras.tile[camera].w;
+}
+
+/* (u, v) in [0, 1] inside the picture, of a point in the camera's axes with z > 0. */
+vec2 picture_coordinates(int camera, vec3 q)
+{
+  return q.xy / (q.z * half_extent(camera)) * 0.5 + 0.5;
+}
+
+/* Where a texel of a camera's tile lies in the pages. */
+ivec3 page_texel(int camera, ivec2 texel)
+{
+  vec4 tile = caching_cameras.tile[camera];
+  return ivec3(ivec2(tile.yz) + texel, int(tile.x));
+}
+
+/* The four texels round a picture position, and their bilinear weights. */
+struct Footprint {
+  ivec2 texel[4];
+  vec4 weight;
+};
+
+Footprint bilinear_footprint(int camera, vec2 uv)
+{
+  int last = int(tile_resolution(camera)) - 1;
+  vec2 position = uv * tile_resolution(camera) - 0.5;
+  vec2 corner = floor(position);
+  vec2 f = position - corner;
+  ivec2 c = ivec2(corner);
+  Footprint footprint;
+  footprint.texel[0] = clamp(c, ivec2(0), ivec2(last));
+  footprint.texel[1] = clamp(c + ivec2(1, 0), ivec2(0), ivec2(last));
+  footprint.texel[2] = clamp(c + ivec2(0, 1), ivec2(0), ivec2(last));
+  footprint.texel[3] = clamp(c + ivec2(1, 1), ivec2(0), ivec2(last));
+  footprint.weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+  return footprint;
+}
+
+/* Whether a texel shows the surface that has normal n at q (both in the camera's axes): its
+ * distance from the tangent plane there is less than a bound made of the texel's own width
+ * and of float rounding. `size` is the length of the coordinates that were rounded. */
+bool same_surface(int camera, ivec2 texel, vec3 q, vec3 n, float size)
+{
+  float depth = texelFetch(cache_depth, page_texel(camera, texel), 0).r;
+  if (depth <= 0.0) {
+    return false;
+  }
+  float extent = half_extent(camera);
+  vec2 uv = (vec2(texel) + 0.5) / tile_resolution(camera);
+  vec3 seen = depth * vec3((uv * 2.0 - 1.0) * extent, 1.0);
+  float width = 2.0 * extent * q.z / tile_resolution(camera);
+  float bound = SAME_SURFACE_TEXELS * width + POSITION_ROUNDING * size;
+  return abs(dot(n, seen - q)) <= bound;
+}
+
+/* The bilinear weights, zero where a texel shows something else. */
+vec4 visible_weights(int camera, Footprint footprint, vec3 q, vec3 n, float size)
+{
+  vec4 weight = footprint.weight;
+  for (int i = 0; i < 4; i++) {
+    if (!same_surface(camera, footprint.texel[i], q, n, size)) {
+      weight[i] = 0.0;
+    }
+  }
+  return weight;
+}

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Reads a shadow map (addon/relight/shadow_pass.py): an atlas of faces that store the distance
+ * to what the light's point sees through each texel's centre.
+ *
+ * The stored distance is compared with where the same ray meets the receiver's own tangent
+ * plane, not with the receiver's distance: on a flat receiver both agree to the float's last
+ * digits whatever the slope, so no slope-dependent bias is needed. */
+
+/* Rounding: the light's place, the receiver and the interpolated position carry a few float32
+ * spacings (6e-8) of their size; at grazing incidence the plane's distance magnifies them. */
+const float ROUNDING = 4e-6;
+
+/* Nothing in the way: the value that the map is cleared to is larger than any distance. */
+
+/* The ray through a texel's centre, not normalized: its length along the face's axis is 1. */
+vec3 texel_ray(int face, vec2 texel)
+{
+  vec2 ndc = (texel + vec2(0.5)) / shadow.resolution * 2.0 - vec2(1.0);
+  vec2 across = ndc * shadow.half_extent;
+  return across.x * shadow.right[face].xyz + across.y * shadow.up[face].xyz -
+         shadow.back[face].xyz;
+}
+
+/* Whether the map's texel shows nothing before the receiver's plane. `receiver` is relative to
+ * the map's origin, `slack` in metres. */
+float texel_visibility(int face, ivec2 texel, vec3 receiver, vec3 Ng, float slack)
+{
+  int size = int(shadow.resolution);
+  ivec2 inside = clamp(texel, ivec2(0), ivec2(size - 1));
+  ivec2 cell = ivec2(face % int(shadow.columns), face / int(shadow.columns)) * size;
+  float stored = texelFetch(shadow_map, cell + inside, 0).r;
+  float reach;
+  float facing;
+  if (shadow.parallel > 0.5) {
+    vec2 ndc = (vec2(inside) + vec2(0.5)) / shadow.resolution * 2.0 - vec2(1.0);
+    vec2 across = ndc * shadow.half_extent;
+    vec3 start = across.x * shadow.right[0].xyz + across.y * shadow.up[0].xyz;
+    facing = -dot(Ng, shadow.back[0].xyz);
+    reach = dot(Ng, receiver - start);
+  }
+  else {
+    vec3 ray = normalize(texel_ray(face, vec2(inside)));
+    facing = dot(Ng, ray);
+    reach = dot(Ng, receiver);
+  }
+  /* Both are negative where the plane faces the light. A ray that runs along the plane or away
+   * from it never reaches it: whatever is stored lies before. */
+  if (facing >= 0.0) {
+    return 0.0;
+  }
+  float plane = reach / facing;
+  float tolerance = ROUNDING * (plane + length(receiver) / -facing);
+  return stored >= plane - tolerance - slack ? 1.0 : 0.0;
+}
+
+/* The share of the 2x2 texels around the receiver that see it. Outside the map: lit. */
+float face_visibility(int face, vec2 ndc, vec3 receiver, vec3 Ng, float slack)
+{
+  vec2 at = (ndc * 0.5 + vec2(0.5)) * shadow.resolution - vec2(0.5);
+  ivec2 low = ivec2(floor(at));
+  vec2 t = at - vec2(low);
+  float bottom = mix(texel_visibility(face, low, receiver, Ng, slack),
+                     texel_visibility(face, low + ivec2(1, 0), receiver, Ng, slack),
+                     t.x);
+  float top = mix(texel_visibility(face, low + ivec2(0, 1), receiver, Ng, slack),
+                  texel_visibility(face, low + ivec2(1, 1), receiver, Ng, slack),
+                  t.x);
+  return mix(bottom, top, t.y);
+}
+
+float visibility(vec3 position, vec3 Ng)
+{
+  vec3 receiver = position - shadow.origin.xyz;
+  /* Facets of a curved surface leave the tangent plane within a texel; half of its width is
+   * as far as they can when they meet at 45 degrees. */
+  float texel = shadow.half_extent / shadow.resolution;
+  if (shadow.parallel > 0.5) {
+    vec2 ndc = vec2(dot(shadow.right[0].xyz, receiver), dot(shadow.up[0].xyz, receiver)) /
+               shadow.half_extent;
+    if (any(greaterThan(abs(ndc), vec2(shadow.inner_share)))) {
+      return 1.0;
+    }
+    return face_visibility(0, ndc, receiver, Ng, texel);
+  }
+  int count = int(shadow.faces);
+  for (int face = 0; face < count; face++) {
+    float depth = -dot(shadow.back[face].xyz, receiver);
+    if (depth <= 0.0) {
+      continue;
+    }
+    vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
+               (depth * shadow.half_extent);
+    if (all(lessThanEqual(abs(ndc), vec2(shadow.inner_share)))) {
+      return face_visibility(face, ndc, receiver, Ng, texel * depth);
+    }
+  }
+  return 1.0;
+}

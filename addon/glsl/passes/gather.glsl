@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Reads the cache through the correspondence map, and fills what it left open. Texels of
+ * another surface or material never bleed in. */
+
+/* Texels blended so far, still packed: blending is linear, unpacking happens once. */
+vec4 blended[PACKED_COUNT];
+float blended_weight = 0.0;
+
+void add_texel(ivec3 texel, float weight)
+{
+  for (int i = 0; i < PACKED_COUNT; i++) {
+    blended[i] += weight * read_packed(i, texel);
+  }
+  blended_weight += weight;
+}
+
+/* The cached surface at a correspondence; false when not even one texel fits. */
+bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
+{
+  int camera = int(found.x);
+  vec3 q = camera_from_local(camera, p);
+  vec3 n_camera = camera_axes(camera, n);
+  Footprint footprint = bilinear_footprint(camera, found.yz);
+  vec4 weight = visible_weights(camera, footprint, q, n_camera, length(p) + length(q));
+  vec4 own = weight;
+  for (int i = 0; i < 4; i++) {
+    if (abs(read_material_id(page_texel(camera, footprint.texel[i])) - material) > 0.5) {
+      own[i] = 0.0;
+    }
+  }
+  /* At a border between materials the own one may fall between the texels. */
+  if (dot(own, vec4(1.0)) > 0.0) {
+    weight = own;
+  }
+  for (int i = 0; i < 4; i++) {
+    if (weight[i] > 0.0) {
+      add_texel(page_texel(camera, footprint.texel[i]), weight[i]);
+    }
+  }
+  return blended_weight > 0.0;
+}
+
+/* One- and two-pixel holes (paper III.3): the neighbours on the same surface, the nearer the
+ * heavier. */
+bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
+{
+  ivec2 last = textureSize(correspondence, 0) - 1;
+  for (int y = -2; y <= 2; y++) {
+    for (int x = -2; x <= 2; x++) {
+      ivec2 other = pixel + ivec2(x, y);
+      if (other != clamp(other, ivec2(0), last)) {
+        continue;
+      }
+      vec4 found = texelFetch(correspondence, other, 0);
+      vec4 position = texelFetch(visible_position, other, 0);
+      if (found.x < 0.0 || position.w != material) {
+        continue;
+      }
+      vec3 apart = position.xyz - p;
+      /* On the same surface, or one that bends by less than 30 degrees. */
+      if (abs(dot(n, apart)) > 0.5 * length(apart)) {
+        continue;
+      }
+      int camera = int(found.x);
+      ivec2 texel = ivec2(found.yz * tile_resolution(camera));
+      texel = clamp(texel, ivec2(0), ivec2(int(tile_resolution(camera)) - 1));
+      add_texel(page_texel(camera, texel), 1.0 / float(x * x + y * y));
+    }
+  }
+  return blended_weight > 0.0;
+}
+
+void main()
+{
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  vec4 position = texelFetch(visible_position, pixel, 0);
+  surface_geometric_normal = vec4(0.0);
+  surface_shading = vec4(0.0);
+  surface_diffuse = vec4(0.0);
+  surface_specular_f0 = vec4(0.0);
+  surface_specular_f90 = vec4(0.0);
+  surface_emission = vec4(0.0);
+  if (position.w == 0.0) {
+    return;
+  }
+  for (int i = 0; i < PACKED_COUNT; i++) {
+    blended[i] = vec4(0.0);
+  }
+  vec3 n = texelFetch(visible_normal, pixel, 0).xyz;
+  float material = position.w;
+  vec4 found = texelFetch(correspondence, pixel, 0);
+  /* w tells how the pixel came by its values: > 0 the score, -1 neighbours, 0 its material. */
+  float origin = 0.0;
+  if (found.x >= 0.0 && add_correspondence(found, position.xyz, n, material)) {
+    origin = found.w;
+  }
+  else if (add_neighbours(pixel, position.xyz, n, material)) {
+    origin = -1.0;
+  }
+  CachedSurface surface;
+  if (blended_weight > 0.0) {
+    for (int i = 0; i < PACKED_COUNT; i++) {
+      blended[i] /= blended_weight;
+    }
+    surface = unpack_surface(blended);
+  }
+  else {
+    surface = read_material_mean(int(material));
+    surface.normal = n;
+  }
+  /* Opposite normals may cancel; the triangle's own is then the best there is. */
+  float scale = dot(surface.normal, surface.normal);
+  vec3 shading_normal = scale > 0.0 ? surface.normal * inversesqrt(scale) : n;
+  surface_geometric_normal = vec4(n, origin);
+  surface_shading = vec4(shading_normal, surface.roughness);
+  surface_diffuse = vec4(surface.diffuse_color, surface.layer_f0);
+  surface_specular_f0 = vec4(surface.specular_f0, surface.layer_f90);
+  surface_specular_f90 = vec4(surface.specular_f90, surface.ambient_occlusion);
+  surface_emission = vec4(surface.emission, 0.0);
+}

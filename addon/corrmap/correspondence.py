@@ -21,7 +21,8 @@ from ..errors import InputError
 from ..glsl.shader import PassShader, framebuffer, read_texture, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
 from .surface_buffer import SURFACE_SAMPLERS, SurfaceBuffer
-from .tile_pages import TileLayout, TilePages
+from .tile_layout import TileLayout
+from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
 
 if TYPE_CHECKING:

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Sample positions follow Cycles' pixel filters."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from addon.corrmap.pixel_filter import pixel_offsets, sample_points
+from addon.scene.view import PixelFilter
+
+
+@pytest.mark.parametrize("kind", ["BOX", "GAUSSIAN", "BLACKMAN_HARRIS"])
+def test_the_first_sample_is_the_centre(kind: str) -> None:
+    offset = pixel_offsets(PixelFilter(kind, 1.5), 1)  # type: ignore[arg-type]
+    assert np.allclose(offset, 0.0, atol=1e-9)
+
+
+def test_the_box_fills_its_width_evenly() -> None:
+    offset = pixel_offsets(PixelFilter("BOX", 1.0), 4096)
+    assert np.abs(offset).max() <= 0.5
+    # A box of width 1 has variance 1/12; a low-discrepancy mean of n points errs by ~log(n)/n.
+    assert np.allclose(offset.var(axis=0), 1.0 / 12.0, rtol=0.01)
+
+
+def test_blackman_harris_has_its_closed_form_variance() -> None:
+    # w(t) = sum_m a_m cos(2 pi m t), t in [-1/2, 1/2], over a support of 2 x width. The mean of
+    # t^2 under it: (a0 / 12 + sum_m a_m (-1)^m / (2 pi^2 m^2)) / a0, signs of the centred form.
+    a = np.array([0.35875, 0.48829, 0.14128, 0.01168])
+    m = np.arange(1, 4)
+    mean_square = (a[0] / 12.0 + (a[1:] * (-1.0) ** m / (2.0 * np.pi**2 * m**2)).sum()) / a[0]
+    width = 1.5
+    offset = pixel_offsets(PixelFilter("BLACKMAN_HARRIS", width), 8192)
+    assert np.allclose(offset.var(axis=0), mean_square * (2.0 * width) ** 2, rtol=0.01)
+    assert np.abs(offset).max() <= width
+
+
+def test_points_fill_the_unit_square() -> None:
+    points = sample_points(1024)
+    counts, _, _ = np.histogram2d(points[:, 0], points[:, 1], bins=8, range=[[0, 1], [0, 1]])
+    # 16 expected in each of 64 cells; random points would stray by 4 (one sigma).
+    assert np.abs(counts - 16).max() <= 4
+
+
+def test_later_points_continue_the_sequence() -> None:
+    assert np.allclose(sample_points(4, first=3), sample_points(7)[3:])

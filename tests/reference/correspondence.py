@@ -1,0 +1,114 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The correspondence and gather passes in plain numpy, float64.
+
+Written from the paper's equation 5 and the docstrings of `addon/corrmap/correspondence.py`,
+in world space and with each camera's own `project`, not by following the shader line by line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.caching.framebuffer import DeepFramebuffer
+
+SAME_SURFACE_TEXELS = 0.5
+VISIBLE_SHARE = 0.2
+_FLOAT_SPACING = 2.0**-23
+
+
+@dataclass(frozen=True)
+class Footprints:
+    """Four texels for each of N points: x, y (N, 4), bilinear weights (N, 4), same (N, 4)."""
+
+    x: NDArray[np.int64]
+    y: NDArray[np.int64]
+    weight: NDArray[np.float64]
+    same: NDArray[np.bool_]
+
+
+def footprints(
+    framebuffer: DeepFramebuffer,
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    local_size: NDArray[np.float64],
+) -> Footprints:
+    """The texels round the projection of (N, 3) world points, and which show their surface."""
+    camera = framebuffer.camera
+    u, v, depth = camera.project(points).T
+    size = camera.resolution
+    x0, y0 = u * size - 0.5, v * size - 0.5
+    fx, fy = x0 - np.floor(x0), y0 - np.floor(y0)
+    columns = np.floor(x0)[:, None] + np.array([0, 1, 0, 1])
+    rows = np.floor(y0)[:, None] + np.array([0, 0, 1, 1])
+    x = np.clip(np.nan_to_num(columns), 0, size - 1).astype(np.int64)
+    y = np.clip(np.nan_to_num(rows), 0, size - 1).astype(np.int64)
+    weight = np.stack([(1 - fx) * (1 - fy), fx * (1 - fy), (1 - fx) * fy, fx * fy], axis=1)
+    stored = framebuffer.channels["depth"][y, x, 0].astype(np.float64)
+    uv = np.stack([(x + 0.5) / size, (y + 0.5) / size], axis=-1)
+    seen = camera.unproject(np.concatenate([uv, stored[..., None]], axis=-1))
+    off_plane = np.abs(((seen - points[:, None]) * normals[:, None]).sum(-1))
+    width = 2.0 * camera.half_extent * depth / size
+    distance = np.linalg.norm(points - camera.origin, axis=1)
+    bound = SAME_SURFACE_TEXELS * width + 8.0 * _FLOAT_SPACING * (local_size + distance)
+    return Footprints(x, y, weight, (stored > 0.0) & (off_plane <= bound[:, None]))
+
+
+def correspondence(
+    framebuffers: Sequence[DeepFramebuffer],
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    origin: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(N, 4): camera number or -1, u, v, score, for (N, 3) world points and facing normals."""
+    result = np.zeros((len(points), 4))
+    result[:, 0] = -1.0
+    best = np.zeros(len(points))
+    local_size = np.linalg.norm(points - origin, axis=1)
+    for number, framebuffer in enumerate(framebuffers):
+        camera = framebuffer.camera
+        u, v, depth = camera.project(points).T
+        inside = (depth > 0.0) & (np.abs(u - 0.5) <= 0.5) & (np.abs(v - 0.5) <= 0.5)
+        toward = camera.origin - points
+        distance = np.linalg.norm(toward, axis=1)
+        density = (camera.resolution / (2.0 * camera.half_extent)) ** 2
+        score = (toward * normals).sum(1) / distance * density / distance**2
+        found = footprints(framebuffer, points, normals, local_size)
+        share = (found.weight * found.same).sum(1)
+        score = score * share
+        better = inside & (share >= VISIBLE_SHARE) & (score > best)
+        best = np.where(better, score, best)
+        result[better] = np.stack([np.full_like(u, number), u, v, score], axis=1)[better]
+    return result
+
+
+def gather(
+    framebuffers: Sequence[DeepFramebuffer],
+    found: NDArray[np.float64],
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    material: NDArray[np.int64],
+    origin: NDArray[np.float64],
+    channel: str,
+) -> NDArray[np.float64]:
+    """(N, components) of a channel through the map (N, 4); NaN where the map has a hole."""
+    components = framebuffers[0].channels[channel].shape[-1]
+    result = np.full((len(points), components), np.nan)
+    local_size = np.linalg.norm(points - origin, axis=1)
+    for number, framebuffer in enumerate(framebuffers):
+        mine = found[:, 0] == number
+        if not mine.any():
+            continue
+        taps = footprints(framebuffer, points[mine], normals[mine], local_size[mine])
+        weight = taps.weight * taps.same
+        ids = framebuffer.channels["material_id"][taps.y, taps.x, 0]
+        own = weight * (ids == material[mine, None])
+        weight = np.where(own.sum(1, keepdims=True) > 0.0, own, weight)
+        values = framebuffer.channels[channel][taps.y, taps.x].astype(np.float64)
+        total = weight.sum(1, keepdims=True)
+        with np.errstate(invalid="ignore"):
+            result[mine] = (values * weight[..., None]).sum(1) / total
+    return result

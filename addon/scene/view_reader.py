@@ -89,7 +89,13 @@ def read_pixel_filter(scene: Any) -> PixelFilter:
 
 
 def _rigid(matrix: Any) -> Any:
-    """(4, 4) float64 with unit axes: cameras ignore their object's scale, as in Cycles."""
+    """(4, 4) float64 with orthonormal axes: cameras ignore their object's scale, as in Cycles.
+
+    Blender's matrices are float32; the nearest rotation (polar decomposition) takes their
+    rounding out, so that the transpose is the inverse to float64's precision.
+    """
     rigid = np.array(matrix, dtype=np.float64)
-    rigid[:3, :3] /= np.linalg.norm(rigid[:3, :3], axis=0)
+    axes = rigid[:3, :3] / np.linalg.norm(rigid[:3, :3], axis=0)
+    left, _, right = np.linalg.svd(axes)
+    rigid[:3, :3] = left @ right
     return rigid

@@ -1,0 +1,171 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Samples of a view: the whole way from triangles to a `SurfaceBuffer`, for any camera."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..caching.framebuffer import DeepFramebuffer
+from ..caching.packing import make_packing
+from ..caching.plan import ChannelPlan
+from ..scene.geometry import SceneGeometry
+from ..scene.view import View
+from .correspondence import CorrespondenceMap, CorrespondencePass, Coverage, GatherPass
+from .correspondence import measure_coverage
+from .geometry_buffer import GeometryBuffer
+from .pixel_filter import pixel_offsets
+from .surface_buffer import SurfaceBuffer
+from .tile_pages import TilePages, upload_tiles
+from .visible_surface import VisibleSurfacePass
+
+# Seven RGBA32F textures and a share of the correspondence map, per pixel.
+_BYTES_PER_PIXEL = 8 * 16
+
+# How far the eye may go from local space's origin, in widths of the nearest clip distance:
+# float32 then still has a thousandth of that distance for its spacing.
+_FARTHEST_EYE = 2.0**24 * 1e-3
+
+
+class SurfaceSampler:
+    """Keeps a scene and its cache on the GPU and looks at them from views.
+
+    Samples of the current view are kept, up to `memory_budget` bytes, so that light edits do
+    not find the surfaces again.
+    """
+
+    def __init__(
+        self,
+        geometry: SceneGeometry,
+        framebuffers: Sequence[DeepFramebuffer],
+        plan: ChannelPlan,
+        memory_budget: int = 512 << 20,
+    ) -> None:
+        self._framebuffer_cameras = [framebuffer.camera for framebuffer in framebuffers]
+        self._plan = plan
+        self._pages: TilePages = upload_tiles(
+            framebuffers, make_packing(plan.stored, plan.constants), len(plan.material_names)
+        )
+        self._memory_budget = memory_budget
+        self._view: View | None = None
+        self._samples: dict[int, SurfaceBuffer] = {}
+        self._correspondence: CorrespondenceMap | None = None
+        self._buffer: GeometryBuffer | None = None
+        self.set_geometry(geometry)
+
+    @property
+    def geometry(self) -> SceneGeometry:
+        """The triangles, numbered with the cache's materials."""
+        return self._geometry
+
+    @property
+    def geometry_buffer(self) -> GeometryBuffer:
+        """The triangles on the GPU.
+
+        Raises:
+            RuntimeError: no view was set yet.
+        """
+        if self._buffer is None:
+            raise RuntimeError("set a view first: local space lies at its camera")
+        return self._buffer
+
+    def set_geometry(self, geometry: SceneGeometry) -> None:
+        """Show other triangles through the same cache."""
+        number = {name: index for index, name in enumerate(self._plan.material_names)}
+        unknown = len(self._plan.material_names)
+        column = np.array(
+            [number.get(name, unknown) for name in geometry.material_names], dtype=np.int32
+        )
+        self._geometry = replace(
+            geometry,
+            material_id=column[geometry.material_id],
+            material_names=(*self._plan.material_names, ""),
+            cutouts=tuple(
+                replace(cutout, material_id=int(column[cutout.material_id]))
+                for cutout in geometry.cutouts
+            ),
+        )
+        self._buffer = None
+        self._forget()
+
+    def set_view(self, view: View) -> bool:
+        """Look from another camera; False when it is the same one."""
+        if self._view is not None and _same_view(self._view, view):
+            return False
+        self._view = view
+        self._forget()
+        if self._buffer is None or self._is_far(view):
+            self._build(view)
+        return True
+
+    def sample(self, index: int) -> SurfaceBuffer:
+        """Sample `index` of the current view; sample 0 is at the pixels' centres.
+
+        Raises:
+            RuntimeError: no view was set yet.
+        """
+        if self._view is None:
+            raise RuntimeError("set a view before sampling it")
+        if index in self._samples:
+            return self._samples[index]
+        x, y = pixel_offsets(self._view.pixel_filter, 1, first=index)[0]
+        visible = self._visible_pass.draw(self._view, (float(x), float(y)))
+        correspondence = self._correspondence_pass.draw(visible)
+        surface = self._gather_pass.draw(visible, correspondence)
+        if index == 0:
+            self._correspondence = correspondence
+        kept = self._view.width * self._view.height * _BYTES_PER_PIXEL * len(self._samples)
+        if kept < self._memory_budget:
+            self._samples[index] = surface
+        return surface
+
+    def correspondence(self) -> CorrespondenceMap:
+        """The correspondence map at the pixels' centres."""
+        self.sample(0)
+        if self._correspondence is None:
+            raise RuntimeError("sample 0 left no correspondence map")
+        return self._correspondence
+
+    def coverage(self) -> Coverage:
+        """Holes at the pixels' centres."""
+        return measure_coverage(self.sample(0))
+
+    def _forget(self) -> None:
+        self._samples.clear()
+        self._correspondence = None
+
+    def _is_far(self, view: View) -> bool:
+        """Whether local space's origin is so far that float32 would show."""
+        if self._buffer is None:
+            return True
+        away = float(np.linalg.norm(view.origin - self._buffer.origin))
+        return away > _FARTHEST_EYE * _near_clip(view)
+
+    def _build(self, view: View) -> None:
+        # Local space has its origin at the view, where precision matters most.
+        self._buffer = GeometryBuffer(self._geometry, view.origin)
+        origin = self._buffer.origin
+        self._visible_pass = VisibleSurfacePass(self._buffer)
+        self._correspondence_pass = CorrespondencePass(
+            self._framebuffer_cameras, self._pages, origin
+        )
+        self._gather_pass = GatherPass(self._framebuffer_cameras, self._pages, origin)
+
+
+def _near_clip(view: View) -> float:
+    """Metres from the camera to its near plane (from the projection matrix)."""
+    c = view.clip_from_camera
+    if view.perspective:
+        return float(c[2, 3] / (c[2, 2] - 1.0))
+    return float(abs(2.0 / c[1, 1])) / view.height
+
+
+def _same_view(a: View, b: View) -> bool:
+    return (
+        (a.width, a.height, a.perspective, a.pixel_filter)
+        == (b.width, b.height, b.perspective, b.pixel_filter)
+        and np.array_equal(a.world_from_camera, b.world_from_camera)
+        and np.array_equal(a.clip_from_camera, b.clip_from_camera)
+    )

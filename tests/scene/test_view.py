@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Projection: round trips, and Blender's own answer."""
+
+from __future__ import annotations
+
+import bpy
+import numpy as np
+import pytest
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
+
+from addon.camplace.camera import CachingCamera
+from addon.errors import InputError
+from addon.scene.view_reader import find_camera, read_view
+from tests.synthetic import looking_at, perspective_view
+
+
+@pytest.fixture
+def scene() -> bpy.types.Scene:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    return bpy.context.scene
+
+
+def add_camera(scene: bpy.types.Scene, name: str = "Camera") -> bpy.types.Object:
+    camera = bpy.data.objects.new(name, bpy.data.cameras.new(name))
+    scene.collection.objects.link(camera)
+    camera.location = (3.0, -4.0, 2.0)
+    camera.rotation_euler = (1.1, 0.1, 0.6)
+    return camera
+
+
+@pytest.mark.parametrize(
+    ("kind", "shift", "fit", "aspect"),
+    [
+        ("PERSP", 0.0, "AUTO", 1.0),
+        ("PERSP", 0.3, "VERTICAL", 1.0),
+        ("PERSP", -0.2, "HORIZONTAL", 1.7),
+        ("ORTHO", 0.1, "AUTO", 1.0),
+    ],
+)
+def test_views_project_as_blender(
+    scene: bpy.types.Scene, kind: str, shift: float, fit: str, aspect: float
+) -> None:
+    camera = add_camera(scene)
+    camera.data.type = kind
+    camera.data.shift_x = shift
+    camera.data.sensor_fit = fit
+    camera.scale = (2.0, 2.0, 2.0)
+    scene.render.resolution_x, scene.render.resolution_y = 320, 200
+    scene.render.resolution_percentage = 50
+    scene.render.pixel_aspect_x = aspect
+    bpy.context.view_layer.update()
+    view = read_view(bpy.context.evaluated_depsgraph_get(), camera)
+    assert (view.width, view.height) == (160, 100)
+    rng = np.random.default_rng(5)
+    points = rng.normal(size=(50, 3))
+    camera.scale = (1.0, 1.0, 1.0)
+    bpy.context.view_layer.update()
+    expected = np.array([world_to_camera_view(scene, camera, Vector(p))[:2] for p in points])
+    found = view.project(points)[:, :2] / [view.width, view.height]
+    if aspect == 1.0:
+        # Blender's own helper works in float32: some spacings of numbers near one.
+        assert np.allclose(found, expected, atol=2e-5)
+    origins, directions = view.rays(view.project(points)[:, :2])
+    across = np.cross(points - origins, directions)
+    assert np.abs(across).max() < 1e-9 * np.abs(points - origins).max()
+
+
+def test_panoramas_are_refused(scene: bpy.types.Scene) -> None:
+    camera = add_camera(scene, "Dome")
+    camera.data.type = "PANO"
+    bpy.context.view_layer.update()
+    with pytest.raises(InputError, match="'Dome' is pano"):
+        read_view(bpy.context.evaluated_depsgraph_get(), camera)
+
+
+def test_cameras_are_found_by_name(scene: bpy.types.Scene) -> None:
+    with pytest.raises(InputError, match="no camera; add one"):
+        find_camera(scene)
+    first = add_camera(scene, "First")
+    assert find_camera(scene) == first
+    second = add_camera(scene, "Second")
+    scene.camera = second
+    assert find_camera(scene) == second
+    assert find_camera(scene, "First") == first
+    with pytest.raises(InputError, match="no camera 'Third'; it has: First, Second"):
+        find_camera(scene, "Third")
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+def test_caching_cameras_round_trip(offset: float) -> None:
+    camera = CachingCamera(
+        id=3,
+        world_from_camera=looking_at((offset + 1.0, offset, 2.0), (offset, offset + 3.0, 0.0)),
+        fov=1.7,
+        near=0.1,
+        far=50.0,
+        resolution=512,
+        kind="PERSPECTIVE",
+        source=2,
+    )
+    rng = np.random.default_rng(7)
+    uv_depth = np.concatenate([rng.random((100, 2)), rng.uniform(0.1, 50.0, (100, 1))], axis=1)
+    back = camera.project(camera.unproject(uv_depth))
+    # World coordinates of a million metres have a spacing of 1e-10 m; the nearest depth is 0.1.
+    assert np.abs(back - uv_depth).max() < 1e-6 if offset else 1e-12
+    again = CachingCamera.from_json(camera.to_json())
+    assert np.array_equal(again.world_from_camera, camera.world_from_camera)
+    assert again.fov == camera.fov
+
+
+def test_broken_camera_files_are_refused() -> None:
+    good = CachingCamera(0, np.eye(4), 1.0, 0.1, 10.0, 64, "CUBE_FACE", 0).to_json()
+    with pytest.raises(ValueError, match="kind"):
+        CachingCamera.from_json({**good, "kind": "FISHEYE"})
+    with pytest.raises(ValueError, match="4x4"):
+        CachingCamera.from_json({**good, "world_from_camera": [[1.0]]})
+
+
+def test_rays_pass_through_what_they_project() -> None:
+    view = perspective_view(looking_at((1, 2, 3), (0, 0, 0)), 64, 48, 1.0)
+    origins, directions = view.rays(np.array([[0.0, 0.0], [64.0, 48.0], [32.0, 24.0]]))
+    back = view.project(origins + 5.0 * directions)
+    assert np.allclose(back[:, :2], [[0, 0], [64, 48], [32, 24]], atol=1e-9)

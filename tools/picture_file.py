@@ -61,23 +61,24 @@ def _read_exr(path: Path) -> PictureFile:
         with OpenEXR.File(str(path), separate_channels=True) as file:
             channels = {
                 name: np.asarray(channel.pixels, dtype=np.float32)[::-1].copy()
-                for name, channel in file.channels().items()
+                for part in file.parts  # Blender writes a part for each pass
+                for name, channel in part.channels.items()
             }
             header = {k: float(v) for k, v in file.header().items() if k.startswith("relume")}
     except (RuntimeError, OSError, ValueError, TypeError) as error:
         raise InputError(f"{path} cannot be read as OpenEXR ({error}); render it again.") from None
-    # Blender's multi-layer files put the picture under its view layer's name.
-    prefix = next((name[:-1] for name in channels if name in ("R", "ViewLayer.Combined.R")), None)
-    prefix = prefix if prefix is not None else _combined_prefix(channels)
+    prefix = _prefix(channels)
     if prefix is None or any(prefix + c not in channels for c in "RGB"):
         raise InputError(f"{path} has no R, G and B channels; give a colour picture.")
     rgb = np.stack([channels.pop(prefix + c) for c in "RGB"], axis=-1)
     return PictureFile(rgb, linear=True, extra=channels, header=header, path=path)
 
 
-def _combined_prefix(channels: Mapping[str, object]) -> str | None:
-    ends = [name[:-1] for name in channels if name.endswith(".Combined.R")]
-    return ends[0] if ends else None
+def _prefix(channels: Mapping[str, object]) -> str | None:
+    """What stands before R, G and B: nothing, or Blender's view layer and pass."""
+    if "R" in channels:
+        return ""
+    return next((name[:-1] for name in channels if name.endswith(".Combined.R")), None)
 
 
 def _read_png(path: Path) -> PictureFile:

@@ -34,6 +34,8 @@ from typing import Any, Optional
 PINNED = "0.13.9"
 # An older uv may call the lock file, which this series wrote, outdated.
 OLDEST = (0, 13)
+# Where an index keeps a project's list of files (PEP 503).
+PAGE = "/uv/"
 FOLDER = Path(__file__).resolve().parent.parent / ".uv"
 # The newest manylinux tag that uv is published for, by machine.
 WHEEL_TAG = {
@@ -112,7 +114,7 @@ def from_wheel(target: Path) -> bool:
         say(f"uv has no wheel for {platform.machine()}; install uv by hand and put it on PATH")
         return False
     filename = f"uv-{PINNED}-py3-none-{tag}.whl"
-    page_url = index_url() + "/uv/"
+    page_url = index_url() + PAGE
     say(f"downloading {filename} from {page_url}")
     request = urllib.request.Request(
         page_url, headers={"Accept": "application/vnd.pypi.simple.v1+json"}

@@ -16,7 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-Picture = NDArray[np.float32]
+Picture = NDArray[np.floating]
 Mask = NDArray[np.bool_]
 
 # ITU-R BT.601, the YUV of the paper's time and of most codecs' 8-bit pictures.
@@ -27,7 +27,7 @@ LUMA = np.array([0.299, 0.587, 0.114])
 RELATIVE_MSE_FLOOR = 0.01
 
 
-def encode_srgb(linear: Picture) -> NDArray[np.float64]:
+def encode_srgb(linear: NDArray[np.floating]) -> NDArray[np.float64]:
     """Scene-linear values to sRGB's (IEC 61966-2-1), clipped to [0, 1] first.
 
     This is Blender's "Standard" view without looks, the plainest of displays; a filmic view
@@ -74,8 +74,8 @@ def flip_map(reference: Picture, image: Picture, *, linear: bool) -> NDArray[np.
     """(H, W) FLIP error in [0, 1] at the usual 67 pixels a degree (Andersson et al. 2020, 2021).
 
     Scene-linear pictures are measured with HDR-FLIP, whose exposures come from the reference,
-    display-encoded ones with LDR-FLIP. Against a reference that is black all over there is
-    no exposure to choose, so that is measured at exposure 0 alone.
+    display-encoded ones with LDR-FLIP. A reference that is black all over gives no
+    exposures (the package would end the process), so that one is measured at -1 and +1 stop.
     """
     import flip_evaluator
 
@@ -86,7 +86,7 @@ def flip_map(reference: Picture, image: Picture, *, linear: bool) -> NDArray[np.
     ]
     parameters: dict[str, float] = {}
     if linear and not pictures[0].any():
-        parameters = {"startExposure": 0.0, "stopExposure": 0.0, "numExposures": 1}
+        parameters = {"startExposure": -1.0, "stopExposure": 1.0}
     errors, _, _ = flip_evaluator.evaluate(
         *pictures, "HDR" if linear else "LDR", applyMagma=False, parameters=parameters
     )

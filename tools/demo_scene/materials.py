@@ -16,10 +16,10 @@ class Tree:
     """A material's node tree, written as expressions: sockets in, a socket out."""
 
     def __init__(self, name: str) -> None:
-        self.material: Any = bpy.data.materials.new(name)
-        self.material.use_nodes = True
-        self.tree: Any = self.material.node_tree
-        self.tree.nodes.clear()
+        material: Any = bpy.data.materials.new(name)
+        material.use_nodes = True
+        material.node_tree.nodes.clear()
+        self.material, self.tree = material, material.node_tree
 
     def node(self, kind: str, inputs: dict[str, Any] | None = None, **settings: Any) -> Any:
         """Add a node; an input is a value, or another node's output socket."""

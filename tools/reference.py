@@ -126,7 +126,7 @@ def _hide_glow() -> None:
     """Let surfaces glow for cameras alone: Relume's lights are Blender's light objects."""
     import bpy
 
-    trees = [m.node_tree for m in bpy.data.materials if m.node_tree is not None]
+    trees: list[Any] = [m.node_tree for m in bpy.data.materials if m.node_tree is not None]
     trees += [group for group in bpy.data.node_groups if group.bl_idname == "ShaderNodeTree"]
     for material in bpy.data.materials:
         if hasattr(material, "cycles"):
@@ -158,6 +158,7 @@ def render_reference(
     camera: Any,
     samples: int,
     progress: Progress,
+    *,
     known: Reference | None = None,
     changed: Sequence[str] = (),
 ) -> Reference:

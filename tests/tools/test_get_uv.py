@@ -8,6 +8,7 @@ import hashlib
 import io
 import json
 import os
+import platform
 import subprocess
 import sys
 import zipfile
@@ -71,7 +72,7 @@ def serve(folder: Path, wheel: bytes, sha256: str) -> str:
 
 @pytest.fixture
 def offline(monkeypatch: pytest.MonkeyPatch) -> pytest.MonkeyPatch:
-    monkeypatch.setattr(get_uv.platform, "machine", lambda: "x86_64")
+    monkeypatch.setattr(platform, "machine", lambda: "x86_64")
     monkeypatch.setattr(get_uv, "PAGE", "/uv/page")
     for name in ("UV_DEFAULT_INDEX", "UV_INDEX_URL"):
         monkeypatch.delenv(name, raising=False)

@@ -165,8 +165,5 @@ def trace_framebuffer(
     }
     return DeepFramebuffer(
         camera,
-        {
-            name: value.reshape(size, size, -1).astype(np.float32)
-            for name, value in values.items()
-        },
+        {name: value.reshape(size, size, -1).astype(np.float32) for name, value in values.items()},
     )

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ _APART = "depth"
 class PackedTexture:
     """Up to four components in one texture: (channel, component) for each of them."""
 
-    texture_format: str
+    texture_format: Literal["RGBA16F", "RGBA32F"]
     components: tuple[tuple[str, int], ...]
 
 
@@ -43,8 +44,12 @@ class Packing:
     @cached_property
     def textures(self) -> tuple[PackedTexture, ...]:
         """The stored components, four to a texture, half precision apart from float32."""
+        formats: dict[str, Literal["RGBA16F", "RGBA32F"]] = {
+            "half": "RGBA16F",
+            "float32": "RGBA32F",
+        }
         packed = []
-        for precision, texture_format in (("half", "RGBA16F"), ("float32", "RGBA32F")):
+        for precision, texture_format in formats.items():
             components = [
                 (channel.name, index)
                 for channel in CHANNELS
@@ -114,9 +119,7 @@ def _glsl_float(value: float) -> str:
     return text if any(mark in text for mark in ".e") else f"{text}.0"
 
 
-def make_packing(
-    stored: Sequence[str], constants: Mapping[str, tuple[float, ...]]
-) -> Packing:
+def make_packing(stored: Sequence[str], constants: Mapping[str, tuple[float, ...]]) -> Packing:
     """The packing of the channels that a plan stores.
 
     Raises:

@@ -11,22 +11,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
-from ..glsl.shader import PassShader, framebuffer, read_texture, texture_2d
+from ..glsl.shader import PassShader, Samplers, Texture, framebuffer, read_texture, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
 from .surface_buffer import SURFACE_SAMPLERS, SurfaceBuffer
 from .tile_layout import TileLayout
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
-
-if TYPE_CHECKING:
-    import gpu
 
 # A uniform block holds 64 KiB on the GPUs that Blender runs on; a camera takes 80 bytes.
 MAX_CAMERAS = 800
@@ -41,7 +38,7 @@ class CorrespondenceMap:
             hole, u, v in [0, 1] of that camera's picture, score (equation 5).
     """
 
-    texture: gpu.types.GPUTexture
+    texture: Texture
 
     def read(self) -> NDArray[np.float32]:
         """(H, W, 4) float32, row 0 at the bottom."""
@@ -95,7 +92,10 @@ def camera_uniforms(
     }
 
 
-_VISIBLE_SAMPLERS = (("visible_position", "FLOAT_2D"), ("visible_normal", "FLOAT_2D"))
+_VISIBLE_SAMPLERS: Samplers = (
+    ("visible_position", "FLOAT_2D"),
+    ("visible_normal", "FLOAT_2D"),
+)
 _LIBRARY = ("tolerances", "caching_camera")
 
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-import gpu
 import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
+from ..glsl.triangles import depth_tested, triangle_batch
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.geometry import Cutout, SceneGeometry
 
@@ -130,31 +130,37 @@ class GeometryBuffer:
         """Draw all triangles that `audience` sees into the bound framebuffer.
 
         Args:
+            program: built by `build_raster_program`.
             clip_from_local: (4, 4), OpenGL clip space from local space.
-            textures, uniforms: what the pass declares beyond the geometry's own.
+            audience: who looks.
+            textures: what the pass declares beyond the geometry's own.
+            uniforms: likewise.
         """
         textures = dict(textures or {})
         uniforms = {"raster": {"clip_from_local": clip_from_local}, **(uniforms or {})}
-        gpu.state.depth_test_set("LESS_EQUAL")
-        gpu.state.depth_mask_set(True)
-        gpu.state.face_culling_set("NONE")
-        for group in self._groups:
-            if not (group.camera_visible if audience == "camera" else group.shadow_visible):
-                continue
-            if group.cutout is None:
-                program.opaque.bind(textures, uniforms)
-                group.batch.draw(program.opaque.shader)
-                continue
-            if program.cutout is None:
-                raise ValueError("the pass was built without cut-outs, but the scene has some")
-            extension = _EXTENSION_CODE[group.cutout.extension]
-            program.cutout.bind(
-                {**textures, "cutout_alpha": group.mask},
-                {**uniforms, "cutout": {"extension": extension}},
-            )
-            group.batch.draw(program.cutout.shader)
-        gpu.state.depth_test_set("NONE")
-        gpu.state.depth_mask_set(False)
+        with depth_tested():
+            for group in self._groups:
+                if group.camera_visible if audience == "camera" else group.shadow_visible:
+                    _draw_group(group, program, textures, uniforms)
+
+
+def _draw_group(
+    group: _Group,
+    program: RasterProgram,
+    textures: Mapping[str, Any],
+    uniforms: Mapping[str, Mapping[str, Any]],
+) -> None:
+    if group.cutout is None:
+        program.opaque.bind(textures, uniforms)
+        group.batch.draw(program.opaque.shader)
+        return
+    if program.cutout is None:
+        raise ValueError("the pass was built without cut-outs, but the scene has some")
+    extension = _EXTENSION_CODE[group.cutout.extension]
+    program.cutout.bind(
+        {**textures, "cutout_alpha": group.mask}, {**uniforms, "cutout": {"extension": extension}}
+    )
+    group.batch.draw(program.cutout.shader)
 
 
 def _batch(
@@ -163,22 +169,13 @@ def _batch(
     chosen: NDArray[np.int64],
     with_uv: bool,
 ) -> Any:
-    layout = gpu.types.GPUVertFormat()
-    layout.attr_add(id="position", comp_type="F32", len=3, fetch_mode="FLOAT")
-    layout.attr_add(id="geometric_normal", comp_type="F32", len=3, fetch_mode="FLOAT")
-    layout.attr_add(id="material_id", comp_type="I32", len=1, fetch_mode="INT")
-    if with_uv:
-        layout.attr_add(id="uv", comp_type="F32", len=2, fetch_mode="FLOAT")
-    vertices = gpu.types.GPUVertBuf(layout, 3 * len(chosen))
-    corners = local[geometry.triangles[chosen]].reshape(-1, 3)
-    normals = np.repeat(geometry.normal[chosen].astype(np.float32), 3, axis=0)
-    ids = np.repeat(geometry.material_id[chosen].astype(np.int32), 3)
-    vertices.attr_fill("position", np.ascontiguousarray(corners))
-    vertices.attr_fill("geometric_normal", np.ascontiguousarray(normals))
-    vertices.attr_fill("material_id", np.ascontiguousarray(ids[:, None]))
+    attributes: dict[str, NDArray[Any]] = {
+        "position": local[geometry.triangles[chosen]].reshape(-1, 3),
+        "geometric_normal": np.repeat(geometry.normal[chosen].astype(np.float32), 3, axis=0),
+        "material_id": np.repeat(geometry.material_id[chosen].astype(np.int32), 3)[:, None],
+    }
     if with_uv:
         if geometry.uv is None:
             raise ValueError("the geometry has cut-outs but no texture coordinates")
-        uv = geometry.uv[chosen].reshape(-1, 2)
-        vertices.attr_fill("uv", np.ascontiguousarray(uv, dtype=np.float32))
-    return gpu.types.GPUBatch(type="TRIS", buf=vertices)
+        attributes["uv"] = geometry.uv[chosen].reshape(-1, 2)
+    return triangle_batch(attributes)

@@ -50,6 +50,5 @@ def _filter_weight(pixel_filter: PixelFilter, x: NDArray[np.float64]) -> NDArray
         return np.asarray(np.exp(-8.0 * (x / pixel_filter.width) ** 2))
     phase = np.pi * (x / pixel_filter.width + 1.0)
     # The four-term Blackman-Harris window (F. J. Harris, 1978).
-    return np.asarray(
-        0.35875 - 0.48829 * np.cos(phase) + 0.14128 * np.cos(2 * phase) - 0.01168 * np.cos(3 * phase)
-    )
+    amplitudes = np.array([0.35875, -0.48829, 0.14128, -0.01168])
+    return np.asarray(np.cos(phase[:, None] * np.arange(4)) @ amplitudes)

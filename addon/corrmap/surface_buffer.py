@@ -8,16 +8,14 @@ Everything on the GPU is in *local* space: the world's axes, metres, with the or
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    import gpu
+from ..glsl.shader import Samplers, Texture
 
 # Sampler declarations of a pass that reads the surfaces, and the library that unpacks them.
-SURFACE_SAMPLERS = (
+SURFACE_SAMPLERS: Samplers = (
     ("surface_position", "FLOAT_2D"),
     ("surface_geometric_normal", "FLOAT_2D"),
     ("surface_shading", "FLOAT_2D"),
@@ -54,14 +52,14 @@ class SurfaceBuffer:
     origin: NDArray[np.float64]
     eye: NDArray[np.float64]
     perspective: bool
-    position: gpu.types.GPUTexture
-    geometric_normal: gpu.types.GPUTexture
-    shading: gpu.types.GPUTexture
-    diffuse: gpu.types.GPUTexture
-    specular_f0: gpu.types.GPUTexture
-    specular_f90: gpu.types.GPUTexture
-    emission: gpu.types.GPUTexture
+    position: Texture
+    geometric_normal: Texture
+    shading: Texture
+    diffuse: Texture
+    specular_f0: Texture
+    specular_f90: Texture
+    emission: Texture
 
-    def textures(self) -> dict[str, gpu.types.GPUTexture]:
+    def textures(self) -> dict[str, Texture]:
         """The textures by the names in SURFACE_SAMPLERS."""
         return {name: getattr(self, name.removeprefix("surface_")) for name, _ in SURFACE_SAMPLERS}

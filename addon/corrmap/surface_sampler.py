@@ -13,8 +13,13 @@ from ..caching.packing import make_packing
 from ..caching.plan import ChannelPlan
 from ..scene.geometry import SceneGeometry
 from ..scene.view import View
-from .correspondence import CorrespondenceMap, CorrespondencePass, Coverage, GatherPass
-from .correspondence import measure_coverage
+from .correspondence import (
+    CorrespondenceMap,
+    CorrespondencePass,
+    Coverage,
+    GatherPass,
+    measure_coverage,
+)
 from .geometry_buffer import GeometryBuffer
 from .pixel_filter import pixel_offsets
 from .surface_buffer import SurfaceBuffer

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +12,8 @@ from numpy.typing import NDArray
 from ..caching.framebuffer import DeepFramebuffer
 from ..caching.packing import Packing
 from ..errors import InputError
-from ..glsl.shader import texture_from_array
+from ..glsl.shader import Samplers, Texture, max_texture_layers, texture_from_array
 from .tile_layout import TileLayout, lay_out_tiles
-
-if TYPE_CHECKING:
-    import gpu
 
 
 @dataclass(frozen=True)
@@ -35,18 +31,18 @@ class TilePages:
     """
 
     layout: TileLayout
-    depth: gpu.types.GPUTexture
-    packed: tuple[gpu.types.GPUTexture, ...]
-    means: gpu.types.GPUTexture
+    depth: Texture
+    packed: tuple[Texture, ...]
+    means: Texture
     packing: Packing
 
     @property
-    def samplers(self) -> tuple[tuple[str, str], ...]:
+    def samplers(self) -> Samplers:
         """Sampler declarations for passes that read the tiles."""
-        packed = tuple((f"cache_{i}", "FLOAT_2D_ARRAY") for i in range(len(self.packed)))
+        packed: Samplers = tuple((f"cache_{i}", "FLOAT_2D_ARRAY") for i in range(len(self.packed)))
         return (("cache_depth", "FLOAT_2D_ARRAY"), ("cache_means", "FLOAT_2D"), *packed)
 
-    def textures(self) -> dict[str, gpu.types.GPUTexture]:
+    def textures(self) -> dict[str, Texture]:
         """The textures by the names in `samplers`."""
         packed = {f"cache_{i}": texture for i, texture in enumerate(self.packed)}
         return {"cache_depth": self.depth, "cache_means": self.means, **packed}
@@ -96,10 +92,8 @@ def upload_tiles(
     Raises:
         InputError: the tiles need more pages than the GPU's array textures have.
     """
-    import gpu
-
     layout = lay_out_tiles([framebuffer.camera.resolution for framebuffer in framebuffers])
-    if layout.page_count > gpu.capabilities.max_texture_layers_get():
+    if layout.page_count > max_texture_layers():
         raise InputError(
             f"{len(framebuffers)} caching cameras do not fit this GPU's textures; "
             "place fewer cameras or bake at a lower preset"

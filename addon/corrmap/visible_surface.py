@@ -8,18 +8,14 @@ normal and material themselves, which costs nothing more and loses no precision.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import PassShader, framebuffer, texture_2d
+from ..glsl.shader import PassShader, Texture, framebuffer, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.view import View
 from .geometry_buffer import GeometryBuffer, build_raster_program
-
-if TYPE_CHECKING:
-    import gpu
 
 _EYE_BLOCK = UniformBlock("eye", (Field("vec4", "place"),))
 
@@ -42,8 +38,8 @@ class VisibleSurface:
             the unit direction toward the camera with w = 0.
     """
 
-    position: gpu.types.GPUTexture
-    normal: gpu.types.GPUTexture
+    position: Texture
+    normal: Texture
     eye: NDArray[np.float64]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import gpu
 import numpy as np
@@ -18,6 +18,10 @@ from .uniforms import UniformBlock
 _FOLDER = Path(__file__).parent
 
 SamplerType = Literal["FLOAT_2D", "FLOAT_2D_ARRAY", "DEPTH_2D", "DEPTH_2D_ARRAY"]
+Samplers = tuple[tuple[str, SamplerType], ...]
+GlslType = Literal["FLOAT", "VEC2", "VEC3", "VEC4", "INT"]
+Texture = gpu.types.GPUTexture
+TextureFormat = Literal["R32F", "RG32F", "RGBA16F", "RGBA32F", "DEPTH_COMPONENT32F"]
 
 
 @cache
@@ -31,7 +35,7 @@ class Varying:
     """A value handed from the vertex to the fragment shader."""
 
     qualifier: Literal["smooth", "flat", "no_perspective"]
-    glsl_type: str
+    glsl_type: GlslType
     name: str
 
 
@@ -54,12 +58,12 @@ class PassShader:
 
     name: str
     fragment: str
-    outputs: tuple[tuple[str, str], ...]
+    outputs: tuple[tuple[GlslType, str], ...]
     vertex: str = "fullscreen_vert"
     library: tuple[str, ...] = ()
     blocks: tuple[UniformBlock, ...] = ()
-    samplers: tuple[tuple[str, SamplerType], ...] = ()
-    vertex_in: tuple[tuple[str, str], ...] = (("VEC2", "corner"),)
+    samplers: Samplers = ()
+    vertex_in: tuple[tuple[GlslType, str], ...] = (("VEC2", "corner"),)
     varyings: tuple[Varying, ...] = ()
     defines: tuple[tuple[str, str], ...] = ()
     generated: str = ""
@@ -121,7 +125,7 @@ class ShaderProgram:
     def _updated(self, block: UniformBlock, data: NDArray[np.uint8]) -> Any:
         # A buffer of its own for every bind: with one that is overwritten, a draw call that
         # the driver has not yet run would read the values of the next.
-        buffer = gpu.types.GPUUniformBuf(gpu.types.Buffer("UBYTE", len(data), data))
+        buffer = gpu.types.GPUUniformBuf(gpu.types.Buffer("UBYTE", len(data), cast("Any", data)))
         self._buffers[block.name] = buffer
         return buffer
 
@@ -147,12 +151,12 @@ class ShaderProgram:
             self._fullscreen.draw(self.shader)
 
 
-def texture_2d(width: int, height: int, texture_format: str = "RGBA32F") -> Any:
+def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F") -> Any:
     """An empty GPU texture; its contents are undefined until drawn or cleared."""
     return gpu.types.GPUTexture((width, height), format=texture_format)
 
 
-def texture_from_array(pixels: NDArray[np.float32], texture_format: str) -> Any:
+def texture_from_array(pixels: NDArray[np.float32], texture_format: TextureFormat) -> Any:
     """A GPU texture from (H, W, C) or, for an array texture, (layers, H, W, C) float32."""
     components = pixels.shape[-1]
     buffer = gpu.types.Buffer("FLOAT", pixels.size)
@@ -173,6 +177,11 @@ def read_texture(texture: Any) -> NDArray[np.float32]:
     """A 2D texture's pixels: (H, W, C) float32, row 0 at the bottom."""
     pixels = np.asarray(texture.read(), dtype=np.float32)
     return pixels.reshape(texture.height, texture.width, -1).copy()
+
+
+def max_texture_layers() -> int:
+    """Layers that an array texture may have."""
+    return int(gpu.capabilities.max_texture_layers_get())
 
 
 def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:

@@ -9,6 +9,7 @@ drawn opaque.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
@@ -89,26 +90,40 @@ def _shader_alpha(socket: Any, found: _Found) -> Any:
     if output is None:
         return 1.0
     node = output.node
-    if node.bl_idname == "ShaderNodeBsdfTransparent":
-        return 0.0
-    if node.bl_idname == "ShaderNodeMixShader":
-        first = _shader_alpha(node.inputs[1], found)
-        second = _shader_alpha(node.inputs[2], found)
-        if np.ndim(first) == 0 and np.ndim(second) == 0 and first == second:
-            return first
-        factor = np.clip(_value(node.inputs["Fac" if "Fac" in node.inputs else 0], found), 0, 1)
-        return first * (1.0 - factor) + second * factor
-    if node.bl_idname == "ShaderNodeAddShader":
-        return np.minimum(
-            _shader_alpha(node.inputs[0], found), _shader_alpha(node.inputs[1], found)
-        )
-    if node.bl_idname == "ShaderNodeGroup":
-        if _group_is_opaque(node.node_tree, set()):
-            return 1.0
-        raise _Unsupported(f"the node group '{node.node_tree.name}'")
-    if node.bl_idname == "ShaderNodeBsdfPrincipled":
-        return np.clip(_value(node.inputs["Alpha"], found), 0.0, 1.0)
-    return 1.0
+    reader = _SHADER_ALPHA.get(node.bl_idname)
+    return 1.0 if reader is None else reader(node, found)
+
+
+def _mix_alpha(node: Any, found: _Found) -> Any:
+    first = _shader_alpha(node.inputs[1], found)
+    second = _shader_alpha(node.inputs[2], found)
+    if np.ndim(first) == 0 and np.ndim(second) == 0 and first == second:
+        return first
+    factor = np.clip(_value(node.inputs[0], found), 0.0, 1.0)
+    return first * (1.0 - factor) + second * factor
+
+
+def _add_alpha(node: Any, found: _Found) -> Any:
+    return np.minimum(_shader_alpha(node.inputs[0], found), _shader_alpha(node.inputs[1], found))
+
+
+def _group_alpha(node: Any, _found: _Found) -> Any:
+    if node.node_tree is None or _group_is_opaque(node.node_tree, set()):
+        return 1.0
+    raise _Unsupported(f"the node group '{node.node_tree.name}'")
+
+
+def _principled_alpha(node: Any, found: _Found) -> Any:
+    return np.clip(_value(node.inputs["Alpha"], found), 0.0, 1.0)
+
+
+_SHADER_ALPHA: dict[str, Callable[[Any, _Found], Any]] = {
+    "ShaderNodeBsdfTransparent": lambda _node, _found: 0.0,
+    "ShaderNodeMixShader": _mix_alpha,
+    "ShaderNodeAddShader": _add_alpha,
+    "ShaderNodeGroup": _group_alpha,
+    "ShaderNodeBsdfPrincipled": _principled_alpha,
+}
 
 
 def _group_is_opaque(tree: Any, seen: set[int]) -> bool:
@@ -122,7 +137,11 @@ def _group_is_opaque(tree: Any, seen: set[int]) -> bool:
             if alpha.is_linked or alpha.default_value < 0.5:
                 return False
         inner = getattr(node, "node_tree", None)
-        if inner is not None and inner.session_uid not in seen and not _group_is_opaque(inner, seen):
+        if (
+            inner is not None
+            and inner.session_uid not in seen
+            and not _group_is_opaque(inner, seen)
+        ):
             return False
     return True
 
@@ -168,7 +187,7 @@ _MATH: dict[str, tuple[int, Any]] = {
 
 def _image_channel(node: Any, output: str, found: _Found) -> NDArray[np.float32]:
     image = node.image
-    if image is None or not image.has_data and image.size[0] == 0:
+    if image is None or (not image.has_data and image.size[0] == 0):
         return np.zeros((1, 1), dtype=np.float32)
     if node.projection != "FLAT":
         raise _Unsupported(f"the {node.projection.lower()}-projected image '{image.name}'")
@@ -182,13 +201,13 @@ def _image_channel(node: Any, output: str, found: _Found) -> NDArray[np.float32]
     image.pixels.foreach_get(pixels)
     pixels = pixels.reshape(height, width, image.channels)
     found.image, found.uv_map = image, uv_map
-    found.extension = cast(Extension, node.extension)
+    found.extension = cast("Extension", node.extension)
     if output == "Alpha":
         if image.channels < 4 or image.alpha_mode == "NONE":
             return np.ones((1, 1), dtype=np.float32)
         return pixels[..., 3].copy()
     if image.colorspace_settings.is_data:
-        return pixels[..., : min(3, image.channels)].mean(axis=-1)
+        return pixels[..., : min(3, image.channels)].mean(axis=-1, dtype=np.float32)
     raise _Unsupported(f"the colour of the image '{image.name}'")
 
 

@@ -83,7 +83,7 @@ def read_pixel_filter(scene: Any) -> PixelFilter:
     cycles = getattr(scene, "cycles", None)
     if cycles is None:
         return PixelFilter()
-    kind = cast(FilterKind, cycles.pixel_filter_type)
+    kind = cast("FilterKind", cycles.pixel_filter_type)
     # Cycles' box filter is always one pixel wide.
     return PixelFilter(kind, 1.0 if kind == "BOX" else float(cycles.filter_width))
 

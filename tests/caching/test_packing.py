@@ -14,9 +14,7 @@ def test_every_component_has_one_place() -> None:
     stored = tuple(channel.name for channel in CHANNELS)
     packing = make_packing(stored, {})
     components = [c for texture in packing.textures for c in texture.components]
-    expected = [
-        (c.name, i) for c in CHANNELS if c.name != "depth" for i in range(c.components)
-    ]
+    expected = [(c.name, i) for c in CHANNELS if c.name != "depth" for i in range(c.components)]
     assert sorted(components) == sorted(expected)
     for texture in packing.textures:
         precisions = {CHANNEL_BY_NAME[name].precision for name, _ in texture.components}

@@ -124,9 +124,7 @@ def test_normals_face_the_viewer(setup: Setup, drawn: Drawn) -> None:
 
 def test_the_map_equals_its_twin(setup: Setup, drawn: Drawn) -> None:
     points = drawn.position[:, :3] + setup.view.origin
-    expected = twin.correspondence(
-        setup.framebuffers, points, drawn.normal, setup.view.origin
-    )
+    expected = twin.correspondence(setup.framebuffers, points, drawn.normal, setup.view.origin)
     same = drawn.found[:, 0] == expected[:, 0]
     # Where two cameras score alike, or a texel lies on its bound, rounding decides.
     assert same.mean() > 0.998

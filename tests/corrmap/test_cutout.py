@@ -28,7 +28,7 @@ def test_fragments_are_cut_as_the_twin_says(gpu_context: None, extension: str) -
     # Texture coordinates from -0.7 to 1.9: all kinds of outside.
     uv = (corners[:, [0, 2]] + 1.0) * 1.3 - 0.7
     alpha = np.random.default_rng(11).random((5, 7)).astype(np.float32)
-    kind = cast(Extension, extension)
+    kind = cast("Extension", extension)
     cut = replace(
         geometry,
         cutouts=(Cutout(0, alpha, kind),),
@@ -47,7 +47,8 @@ def test_fragments_are_cut_as_the_twin_says(gpu_context: None, extension: str) -
     clear = np.abs(value - 0.5) > 1e-4
     assert clear.mean() > 0.99
     assert np.array_equal(material[clear], expected[clear])
-    assert 0.2 < (expected == 1.0)[on_sheet].mean() < 0.8
+    # Both outcomes occur (CLIP cuts all but the unit square, a quarter of the sheet).
+    assert 0.05 < (expected == 1.0)[on_sheet].mean() < 0.8
 
 
 def test_a_pass_without_cutouts_refuses_them(gpu_context: None) -> None:

@@ -102,9 +102,9 @@ def test_the_shader_reads_what_was_packed(
 
 
 def test_unknown_textures_are_named(gpu_context: None) -> None:
-    from addon.glsl import shader
-    from addon.corrmap.visible_surface import _PASS
     from addon.corrmap.geometry_buffer import build_raster_program
+    from addon.corrmap.visible_surface import _PASS
+    from addon.glsl import shader
 
     program = build_raster_program(_PASS, with_cutouts=False).opaque
     with pytest.raises(KeyError, match="ghost"):

@@ -74,12 +74,12 @@ class Light:
     def direction(self) -> NDArray[np.float64]:
         """(3,) float64 unit vector, world space: where the light shines (its -Z)."""
         axis = -self.world_from_light[:3, 2]
-        return axis / np.linalg.norm(axis)
+        return np.asarray(axis / np.linalg.norm(axis))
 
     @property
     def power(self) -> NDArray[np.float64]:
         """(3,) float64: energy, colour and exposure together, in the unit of `energy`."""
-        return self.energy * 2.0**self.exposure * self.color
+        return np.asarray(self.energy * 2.0**self.exposure * self.color)
 
     @property
     def is_lit(self) -> bool:
@@ -90,7 +90,7 @@ class Light:
     def extents(self) -> NDArray[np.float64]:
         """(2, 3) float64, metres: an area light's sides as world vectors."""
         sides = (self.size, self.size_y if self.shape in ("RECTANGLE", "ELLIPSE") else self.size)
-        return self.world_from_light[:3, :2].T * np.array(sides)[:, None]
+        return np.asarray(self.world_from_light[:3, :2].T * np.array(sides)[:, None])
 
     @property
     def is_round(self) -> bool:

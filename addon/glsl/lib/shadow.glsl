@@ -10,8 +10,6 @@
  * spacings (6e-8) of their size; at grazing incidence the plane's distance magnifies them. */
 const float ROUNDING = 4e-6;
 
-/* Nothing in the way: the value that the map is cleared to is larger than any distance. */
-
 /* The ray through a texel's centre, not normalized: its length along the face's axis is 1. */
 vec3 texel_ray(int face, vec2 texel)
 {

@@ -2,7 +2,7 @@
  * One light's radiance from the surfaces, added to its layer. */
 void main()
 {
-  layer = vec4(0.0);
+  radiance = vec4(0.0);
   ivec2 texel = ivec2(gl_FragCoord.xy);
   Surface s;
   if (!read_surface(texel, view.eye, s)) {
@@ -38,5 +38,5 @@ void main()
 #else
   reflected *= light.diffuse_factor;
 #endif
-  layer = vec4(reflected * light.intensity.rgb * lit.strength, 0.0);
+  radiance = vec4(reflected * light.intensity.rgb * lit.strength, 0.0);
 }

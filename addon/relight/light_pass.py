@@ -1,0 +1,160 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One light's contribution to the view, in one fragment pass over its surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..corrmap.surface_buffer import SurfaceBuffer
+from ..glsl.shader import PassShader, SamplerType, ShaderProgram
+from ..glsl.uniforms import Field, UniformBlock
+from ..scene.light import Light
+from .albedo_pass import ALBEDO_SAMPLERS, AlbedoTextures
+from .blend_pass import add_fullscreen
+from .light_sample import LightSample
+from .light_shape import cell, spot_cone, spread_cone
+from .shadow_pass import SHADOW_BLOCK, SHADOW_SAMPLER, ShadowMap
+from .surface_pass import LIT_SAMPLERS, VIEW_BLOCK, lit_textures, view_uniforms
+
+LIGHT_BLOCK = UniformBlock(
+    "light",
+    (
+        Field("vec4", "place"),
+        Field("vec4", "centre"),
+        Field("vec4", "axis"),
+        Field("vec4", "intensity"),
+        Field("vec4", "spot_x"),
+        Field("vec4", "spot_y"),
+        Field("vec4", "spot_z"),
+        Field("vec4", "cone"),
+        Field("float", "radius_sq"),
+        Field("float", "disk"),
+        Field("float", "cell"),
+        Field("float", "diffuse_factor"),
+        Field("float", "specular_factor"),
+    ),
+)
+
+_TYPE_CODE = {"POINT": 0, "SPOT": 1, "SUN": 2, "AREA": 3}
+
+# Light type, whether its spread is narrowed, whether it is shadowed: only what is needed is
+# compiled.
+_Variant = tuple[str, bool, bool]
+
+
+class LightPass:
+    """Adds single samples of lights to their layers. Compiles what it meets, once.
+
+    Args:
+        tables: textures of the specular tables.
+        specular: whether any surface has a specular lobe.
+    """
+
+    def __init__(self, tables: AlbedoTextures, specular: bool = True) -> None:
+        self._tables = tables
+        self._specular = specular
+        self._programs: dict[_Variant, ShaderProgram] = {}
+
+    def draw(
+        self,
+        surface: SurfaceBuffer,
+        light: Light,
+        sample: LightSample,
+        target: Any,
+        *,
+        shadow: ShadowMap | None,
+        weight: float = 1.0,
+    ) -> None:
+        """Add `weight` times the radiance that this point of the light causes.
+
+        Args:
+            surface: what is seen.
+            light: the light; one that is not lit adds nothing.
+            sample: its point, from `light_sample`.
+            target: framebuffer whose first colour slot is the light's layer, RGBA32F. Alpha
+                is left as it is.
+            shadow: that point's shadow map; None lights through everything.
+            weight: usually 1 / count of the view's samples.
+        """
+        if not light.is_lit:
+            return
+        program = self._program(light, shadow is not None)
+        textures = lit_textures(surface) | (self._tables.textures if self._specular else {})
+        uniforms: dict[str, Mapping[str, Any]] = {
+            "view": view_uniforms(surface),
+            "light": light_uniforms(light, sample, surface.origin, weight),
+        }
+        if shadow is not None:
+            textures["shadow_map"] = shadow.distance
+            uniforms["shadow"] = shadow.uniforms(surface.origin)
+        add_fullscreen(program, target, textures, uniforms)
+
+    def _program(self, light: Light, shadowed: bool) -> ShaderProgram:
+        has_spread = light.type == "AREA" and light.spread < np.pi
+        variant = (light.type, has_spread, shadowed)
+        if variant not in self._programs:
+            self._programs[variant] = _describe(variant, self._specular).build()
+        return self._programs[variant]
+
+
+def _describe(variant: _Variant, specular: bool) -> PassShader:
+    light_type, has_spread, shadowed = variant
+    flags = {"HAS_SPREAD": has_spread, "HAS_SHADOW": shadowed, "HAS_SPECULAR": specular}
+    samplers: tuple[tuple[str, SamplerType], ...] = (
+        *LIT_SAMPLERS,
+        *(ALBEDO_SAMPLERS if specular else ()),
+        *((SHADOW_SAMPLER,) if shadowed else ()),
+    )
+    return PassShader(
+        name=f"light_{light_type.lower()}",
+        fragment="light",
+        library=(
+            "surface",
+            *(("albedo_table", "bsdf") if specular else ()),
+            "light",
+            *(("shadow",) if shadowed else ()),
+        ),
+        blocks=(VIEW_BLOCK, LIGHT_BLOCK, *((SHADOW_BLOCK,) if shadowed else ())),
+        samplers=samplers,
+        outputs=(("VEC4", "radiance"),),
+        defines=(
+            ("LIGHT_TYPE", str(_TYPE_CODE[light_type])),
+            *((name, "1") for name, on in flags.items() if on),
+        ),
+    )
+
+
+def light_uniforms(
+    light: Light, sample: LightSample, local_origin: NDArray[np.float64], weight: float
+) -> dict[str, Any]:
+    """The values of LIGHT_BLOCK for surfaces in the space around `local_origin`."""
+    is_sun = light.type == "SUN"
+    place = sample.position if is_sun else sample.position - local_origin
+    light_from_world = np.zeros((3, 4))
+    cone = np.zeros(4)
+    if light.type == "SPOT":
+        light_from_world[:, :3] = np.linalg.inv(light.world_from_light[:3, :3])
+        # Only the direction counts: without the scale float32 holds every light's matrix.
+        light_from_world /= np.abs(light_from_world).max()
+        cone[:2] = spot_cone(light)
+    elif light.type == "AREA":
+        cone[:2] = spread_cone(light)
+    return {
+        "place": np.append(place, 0.0),
+        "centre": np.append(light.position - local_origin, 0.0) if not is_sun else np.zeros(4),
+        "axis": np.append(light.direction, 0.0),
+        "intensity": np.append(weight * light.intensity, 0.0),
+        "spot_x": light_from_world[0],
+        "spot_y": light_from_world[1],
+        "spot_z": light_from_world[2],
+        "cone": cone,
+        "radius_sq": light.shadow_soft_size**2 if light.type in ("POINT", "SPOT") else 0.0,
+        "disk": float(light.use_soft_falloff),
+        "cell": cell(light, sample.count),
+        "diffuse_factor": light.diffuse_factor,
+        "specular_factor": light.specular_factor,
+    }

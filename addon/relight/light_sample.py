@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which point of a light one sample of the view is lit from.
+
+All pixels of a sample share the point, so that one shadow map serves them. A light's points
+follow the additive recurrence of the generalized golden ratio (M. Roberts, "The Unreasonable
+Effectiveness of Quasirandom Sequences", 2018), turned by an offset of its own.
+
+Points of a point or spot light lie in a *ball*, with a density that grows as
+1 / sqrt(1 - r^2) towards its surface. Seen from any side such a ball is an evenly bright disk:
+the chord integral of that density is pi for every ray (Abel's transform of a constant). So one
+set of isotropic point emitters stands for the disk that Cycles turns towards each receiver, and
+by Newton's shell theorem their mean irradiance outside the ball is the centre's exactly.
+"""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import betaincinv
+
+from ..scene.light import Light
+
+# The real root of x^4 = x + 1: the generalized golden ratio for three dimensions. Three for
+# every light, so that area lights and suns don't share the plane sequence that a picture's
+# pixel samples may well follow.
+_GOLDEN = 1.2207440846057596
+_STEPS = _GOLDEN ** -np.arange(1.0, 4.0)
+
+
+@dataclass(frozen=True)
+class LightSample:
+    """One point of a light.
+
+    Attributes:
+        position: (3,) float64, world space, metres; for a sun the unit vector towards it.
+        count: of how many samples it is one (they share the light's extent between them).
+    """
+
+    position: NDArray[np.float64]
+    count: int
+
+
+def light_sample(light: Light, k: int, count: int, seed: int = 0) -> LightSample:
+    """Point k of `count` on the light; a single sample is the light's centre."""
+    if count == 1:
+        toward = -light.direction if light.type == "SUN" else light.position
+        return LightSample(toward, 1)
+    start = np.random.default_rng([seed, zlib.crc32(light.name.encode())]).random(3)
+    return LightSample(_place(light, (start + k * _STEPS) % 1.0), count)
+
+
+def _place(light: Light, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The point for (3,) numbers in [0, 1)."""
+    if light.type == "SUN":
+        return _in_cone(-light.direction, light.angle, u)
+    if light.type == "AREA":
+        corner = _on_disk(u) if light.is_round else u[:2] - 0.5
+        return np.asarray(light.position + corner @ light.extents)
+    z = 2.0 * u[0] - 1.0
+    around = 2.0 * np.pi * u[1]
+    ring = np.sqrt(1.0 - z * z)
+    unit = np.array([ring * np.cos(around), ring * np.sin(around), z])
+    # r^2 of the density r^2 / sqrt(1 - r^2) follows Beta(3/2, 1/2).
+    distance = np.sqrt(betaincinv(1.5, 0.5, u[2]))
+    return np.asarray(light.position + light.shadow_soft_size * distance * unit)
+
+
+def _on_disk(u: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Even over the disk of diameter 1."""
+    radius = 0.5 * np.sqrt(u[0])
+    return radius * np.array([np.cos(2.0 * np.pi * u[1]), np.sin(2.0 * np.pi * u[1])])
+
+
+def _in_cone(
+    axis: NDArray[np.float64], angle: float, u: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Even over the directions within angle / 2 of the axis."""
+    one_minus_cos = 2.0 * np.sin(0.25 * angle) ** 2 * u[0]
+    ring = np.sqrt(one_minus_cos * (2.0 - one_minus_cos))
+    helper = np.eye(3)[np.argmin(np.abs(axis))]
+    side = np.cross(axis, helper)
+    side /= np.linalg.norm(side)
+    up = np.cross(side, axis)
+    around = 2.0 * np.pi * u[1]
+    across = np.cos(around) * side + np.sin(around) * up
+    return np.asarray((1.0 - one_minus_cos) * axis + ring * across)

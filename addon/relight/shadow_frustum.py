@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From where and how widely a shadow map looks: faces of a light point's surroundings.
+
+A point light needs all six faces of a cube, an area light the five before it, a spot its cone
+(or as many faces, when that is wide), a sun one parallel projection. The faces lie side by side
+in one square-celled atlas.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..scene.light import Light
+from .light_sample import LightSample
+
+MAX_FACES = 6
+_COLUMNS = 3
+
+# A cone wider than this wastes most of a single plane's texels: tan(60 deg) = 1.7 is already
+# three times the texel density at the centre over that at the rim.
+_WIDEST_CONE = np.radians(120.0)
+
+# Texels beyond a face's border, so that the 2x2 comparison never needs a neighbouring face.
+_GUARD_TEXELS = 1.0
+
+# Nearest over farthest distance. A 32-bit depth buffer then tells surfaces apart that differ
+# by 6e-8 / 1e-4 = 6e-4 of their distance at worst; what is compared is the stored distance.
+_NEAR_OVER_FAR = 1e-4
+
+
+@dataclass(frozen=True)
+class ShadowSettings:
+    """How fine shadow maps are.
+
+    Attributes:
+        resolution: texels along the side of a sun's or spot's map.
+        cube_resolution: texels along the side of each face of a point or area light's map.
+    """
+
+    resolution: int = 2048
+    cube_resolution: int = 1024
+
+
+@dataclass(frozen=True)
+class ShadowFrustum:
+    """Where a shadow map's texels look.
+
+    Attributes:
+        origin: (3,) float64, world space, metres: the light's point. For a parallel map the
+            centre of its window, on the plane that distances are counted from.
+        parallel: whether it is a parallel projection (sun).
+        face_from_world: (F, 3, 3) float64, rows right, up and back of each face. Unit rows.
+        half_extent: half of a face's side: at distance 1 or, when parallel, in metres.
+        inner_half_extent: the same without the guard texels.
+        near, far: metres along a face's axis.
+        resolution: texels along a face's side.
+    """
+
+    origin: NDArray[np.float64]
+    parallel: bool
+    face_from_world: NDArray[np.float64]
+    half_extent: float
+    inner_half_extent: float
+    near: float
+    far: float
+    resolution: int
+
+    @property
+    def grid(self) -> tuple[int, int]:
+        """Columns and rows of the atlas."""
+        faces = len(self.face_from_world)
+        columns = min(faces, _COLUMNS)
+        return columns, -(-faces // columns)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the atlas, texels."""
+        columns, rows = self.grid
+        return columns * self.resolution, rows * self.resolution
+
+    def cell(self, face: int) -> tuple[int, int]:
+        """A face's lower left texel in the atlas."""
+        row, column = divmod(face, self.grid[0])
+        return column * self.resolution, row * self.resolution
+
+    def clip_from_local(self, face: int, local_origin: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(4, 4) float64 from space relative to `local_origin` (world axes) to OpenGL's clip
+        space of one face."""
+        rotation = self.face_from_world[face]
+        camera = np.eye(4)
+        camera[:3, :3] = rotation
+        camera[:3, 3] = rotation @ (local_origin - self.origin)
+        clip = np.zeros((4, 4))
+        clip[0, 0] = clip[1, 1] = 1.0 / self.half_extent
+        near, far = self.near, self.far
+        if self.parallel:
+            clip[2, 2:] = -2.0 / (far - near), -(far + near) / (far - near)
+            clip[3, 3] = 1.0
+        else:
+            clip[2, 2:] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+            clip[3, 2] = -1.0
+        return clip @ camera
+
+
+def shadow_frustum(
+    light: Light,
+    sample: LightSample,
+    caster_bounds: NDArray[np.float64],
+    receivers: NDArray[np.float64],
+    settings: ShadowSettings,
+) -> ShadowFrustum:
+    """The frustum of one point of a light.
+
+    Args:
+        light: the light.
+        sample: its point.
+        caster_bounds: (2, 3) world space, the box around all that casts shadows.
+        receivers: (N, 3) world space, points (or box corners) around all that is lit; a sun's
+            window is fitted to them.
+        settings: resolutions.
+    """
+    if light.type == "SUN":
+        return _parallel(sample.position, caster_bounds, receivers, settings.resolution)
+    corners = _corners(caster_bounds)
+    far = float(np.linalg.norm(corners - sample.position, axis=1).max()) or 1.0
+    basis = _basis(light)
+    half_extent, faces, resolution = 1.0, _cube(basis), settings.cube_resolution
+    if light.type == "AREA":
+        faces = faces[:5]
+    elif light.type == "SPOT":
+        cone = _cone(light)
+        if cone <= _WIDEST_CONE:
+            half_extent, faces = float(np.tan(0.5 * cone)), faces[:1]
+            resolution = settings.resolution
+        elif cone <= np.pi:
+            faces = faces[:5]
+    return ShadowFrustum(
+        origin=sample.position,
+        parallel=False,
+        face_from_world=faces,
+        half_extent=half_extent * _guarded(resolution),
+        inner_half_extent=half_extent,
+        near=far * _NEAR_OVER_FAR,
+        far=far * (1.0 + _NEAR_OVER_FAR),
+        resolution=resolution,
+    )
+
+
+def _guarded(resolution: int) -> float:
+    return resolution / (resolution - 2.0 * _GUARD_TEXELS)
+
+
+def _corners(bounds: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(2, 3) box to its (8, 3) corners."""
+    x, y, z = np.meshgrid(*bounds.T, indexing="ij")
+    return np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
+
+
+def _basis(light: Light) -> NDArray[np.float64]:
+    """(3, 3) rows right, up, back: the light's axes made orthonormal and right-handed."""
+    back = -light.direction
+    up = light.world_from_light[:3, 1]
+    right = np.cross(up, back)
+    if np.linalg.norm(right) <= np.finfo(np.float64).eps * np.linalg.norm(up):
+        right = np.cross(np.eye(3)[np.argmin(np.abs(back))], back)
+    right = right / np.linalg.norm(right)
+    return np.stack([right, np.cross(back, right), back])
+
+
+def _cube(basis: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(6, 3, 3) faces looking along -Z, +X, -X, +Y, -Y and +Z of the basis."""
+    x, y, z = basis
+    return np.stack(
+        [
+            np.stack([x, y, z]),
+            np.stack([z, y, -x]),
+            np.stack([-z, y, x]),
+            np.stack([x, z, -y]),
+            np.stack([x, -z, y]),
+            np.stack([-x, y, -z]),
+        ]
+    )
+
+
+def _cone(light: Light) -> float:
+    """The full angle in world space of a round cone around a spot's (stretched) cone."""
+    if light.spot_size >= np.pi:
+        return 2.0 * np.pi
+    scale = np.linalg.norm(light.world_from_light[:3, :3], axis=0)
+    wide = float(np.tan(0.5 * light.spot_size) * max(scale[0], scale[1]) / scale[2])
+    return 2.0 * float(np.arctan(wide))
+
+
+def _parallel(
+    toward: NDArray[np.float64],
+    caster_bounds: NDArray[np.float64],
+    receivers: NDArray[np.float64],
+    resolution: int,
+) -> ShadowFrustum:
+    """A sun's window: square around the receivers, deep enough for all casters."""
+    helper = np.eye(3)[np.argmin(np.abs(toward))]
+    right = np.cross(helper, toward)
+    right /= np.linalg.norm(right)
+    rotation = np.stack([right, np.cross(toward, right), toward])
+    # Relative to the casters' own centre, so that a scene far from the origin keeps its digits.
+    middle = caster_bounds.mean(axis=0)
+    casters = (_corners(caster_bounds) - middle) @ rotation.T
+    lit = (receivers - middle) @ rotation.T if len(receivers) else casters
+    low, high = lit.min(axis=0), lit.max(axis=0)
+    half = 0.5 * float((high - low)[:2].max())
+    depth = float(casters[:, 2].max() - min(casters[:, 2].min(), low[2])) or 1.0
+    half = half or depth
+    margin = depth * _NEAR_OVER_FAR
+    centre = np.array([*(0.5 * (low + high))[:2], casters[:, 2].max() + margin])
+    return ShadowFrustum(
+        origin=middle + centre @ rotation,
+        parallel=True,
+        face_from_world=rotation[None],
+        half_extent=half * _guarded(resolution),
+        inner_half_extent=half,
+        near=0.0,
+        far=depth + 2.0 * margin,
+        resolution=resolution,
+    )

@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws shadow maps: for one point of a light, how far it sees in every direction."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import gpu
+import numpy as np
+from numpy.typing import NDArray
+
+from ..corrmap.geometry_buffer import GeometryBuffer, build_raster_program
+from ..glsl.shader import PassShader, SamplerType, framebuffer, texture_2d
+from ..glsl.uniforms import Field, UniformBlock
+from ..scene.light import Light
+from .light_sample import LightSample
+from .shadow_frustum import MAX_FACES, ShadowFrustum, ShadowSettings, shadow_frustum
+
+_CASTER_BLOCK = UniformBlock("caster", (Field("vec4", "origin"), Field("vec4", "axis")))
+
+_PASS = PassShader(
+    name="shadow_distance",
+    fragment="shadow_distance",
+    blocks=(_CASTER_BLOCK,),
+    outputs=(("VEC4", "caster_distance"),),
+)
+
+# What a pass declares that reads a shadow map.
+SHADOW_SAMPLER: tuple[str, SamplerType] = ("shadow_map", "FLOAT_2D")
+SHADOW_BLOCK = UniformBlock(
+    "shadow",
+    (
+        Field("vec4", "right", MAX_FACES),
+        Field("vec4", "up", MAX_FACES),
+        Field("vec4", "back", MAX_FACES),
+        Field("vec4", "origin"),
+        Field("float", "half_extent"),
+        Field("float", "inner_share"),
+        Field("float", "resolution"),
+        Field("float", "columns"),
+        Field("float", "faces"),
+        Field("float", "parallel"),
+    ),
+)
+
+# Where nothing is hit: farther than any distance, and finite.
+_NOTHING = float(np.finfo(np.float32).max)
+
+
+@dataclass(frozen=True)
+class ShadowMap:
+    """What one point of a light sees.
+
+    Attributes:
+        frustum: where the texels look.
+        distance: R32F atlas, metres from the frustum's origin through each texel's centre (a
+            sun's: along its rays from the map's plane); the largest float where nothing is.
+    """
+
+    frustum: ShadowFrustum
+    distance: gpu.types.GPUTexture
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of GPU memory that keeping it takes."""
+        width, height = self.frustum.size
+        return 4 * width * height
+
+    def uniforms(self, local_origin: NDArray[np.float64]) -> Mapping[str, Any]:
+        """The values of SHADOW_BLOCK for surfaces in the space around `local_origin`."""
+        return shadow_uniforms(self.frustum, local_origin)
+
+
+def shadow_uniforms(frustum: ShadowFrustum, local_origin: NDArray[np.float64]) -> dict[str, Any]:
+    """The values of SHADOW_BLOCK."""
+    rows = np.zeros((3, len(frustum.face_from_world), 4))
+    rows[..., :3] = frustum.face_from_world.transpose(1, 0, 2)
+    return {
+        "right": rows[0],
+        "up": rows[1],
+        "back": rows[2],
+        "origin": np.append(frustum.origin - local_origin, 0.0),
+        "half_extent": frustum.half_extent,
+        "inner_share": frustum.inner_half_extent / frustum.half_extent,
+        "resolution": frustum.resolution,
+        "columns": frustum.grid[0],
+        "faces": len(frustum.face_from_world),
+        "parallel": float(frustum.parallel),
+    }
+
+
+class ShadowPass:
+    """Draws the shadow maps of one scene's geometry."""
+
+    def __init__(self, geometry: GeometryBuffer, settings: ShadowSettings | None = None) -> None:
+        self.settings = settings or ShadowSettings()
+        self._geometry = geometry
+        self._program = build_raster_program(_PASS, geometry.has_cutouts)
+        self._depth: dict[tuple[int, int], Any] = {}
+
+    def draw(
+        self,
+        light: Light,
+        sample: LightSample,
+        caster_bounds: NDArray[np.float64],
+        receivers: NDArray[np.float64],
+    ) -> ShadowMap:
+        """The shadow map of one point of a light.
+
+        Args:
+            light: the light.
+            sample: its point, from `light_sample`.
+            caster_bounds: (2, 3) float64 world space: `SceneGeometry.bounds`.
+            receivers: (N, 3) float64 world space: points or box corners around what is lit;
+                a sun's map is fitted to them. Outside of its map a sun casts no shadow.
+        """
+        frustum = shadow_frustum(light, sample, caster_bounds, receivers, self.settings)
+        distance = texture_2d(*frustum.size, "R32F")
+        size = frustum.resolution
+        target = framebuffer([distance], self._depth_texture(frustum.size))
+        axis = np.append(-frustum.face_from_world[0, 2], 1.0) if frustum.parallel else np.zeros(4)
+        caster = {"origin": np.append(frustum.origin - self._geometry.origin, 0.0), "axis": axis}
+        with target.bind():
+            gpu.state.blend_set("NONE")
+            target.clear(color=(_NOTHING, 0.0, 0.0, 0.0), depth=1.0)
+            for face in range(len(frustum.face_from_world)):
+                target.viewport_set(*frustum.cell(face), size, size)
+                self._geometry.draw(
+                    self._program,
+                    frustum.clip_from_local(face, self._geometry.origin),
+                    "shadow",
+                    uniforms={"caster": caster},
+                )
+            target.viewport_set(0, 0, *frustum.size)
+        return ShadowMap(frustum, distance)
+
+    def _depth_texture(self, size: tuple[int, int]) -> Any:
+        """One depth buffer for each atlas size; it is only needed while a map is drawn."""
+        if size not in self._depth:
+            self._depth[size] = texture_2d(*size, "DEPTH_COMPONENT32F")
+        return self._depth[size]

@@ -1,0 +1,103 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One picture that shows all the others, with labels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .picture_file import write_png
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+    from PIL.ImageFont import FreeTypeFont, ImageFont
+
+    Font = FreeTypeFont | ImageFont
+
+CELL_WIDTH = 400
+GAP = 14
+LABEL, SMALL, TITLE = 20, 17, 32
+PAPER, INK, PALE = (24, 25, 28), (236, 236, 232), (168, 170, 174)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One labelled picture.
+
+    Attributes:
+        picture: a PNG file, or display-encoded values in [0, 1], (H, W, 3), row 0 at the bottom.
+        label: what it shows.
+        note: a second, paler line; figures.
+    """
+
+    picture: Path | NDArray[np.floating]
+    label: str
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """Cells side by side under a heading."""
+
+    heading: str
+    cells: Sequence[Cell]
+
+
+def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
+    """All rows under one title; every cell is CELL_WIDTH wide, whatever its picture's size."""
+    from PIL import Image, ImageDraw
+
+    columns = max(len(row.cells) for row in rows)
+    width = columns * (CELL_WIDTH + GAP) + GAP
+    pictures = [[_load(cell.picture) for cell in row.cells] for row in rows]
+    heights = [max(picture.height for picture in row) for row in pictures]
+    text = LABEL + SMALL + 14
+    top = 3 * GAP + TITLE + SMALL
+    each = [LABEL + 2 * GAP + height + text for height in heights]
+    sheet = Image.new("RGB", (width, top + sum(each) + GAP), PAPER)
+    draw = ImageDraw.Draw(sheet)
+    draw.text((GAP, GAP), title, INK, font=_font(TITLE))
+    draw.text((GAP, 2 * GAP + TITLE), subtitle, PALE, font=_font(SMALL))
+    y = top
+    for row, row_pictures, height, step in zip(rows, pictures, heights, each, strict=True):
+        draw.text((GAP, y), row.heading, INK, font=_font(LABEL))
+        for column, (cell, picture) in enumerate(zip(row.cells, row_pictures, strict=True)):
+            x = GAP + column * (CELL_WIDTH + GAP)
+            sheet.paste(picture, (x, y + LABEL + GAP))
+            below = y + LABEL + GAP + height + 4
+            draw.text((x, below), cell.label, INK, font=_font(LABEL - 2))
+            draw.text((x, below + LABEL + 2), cell.note, PALE, font=_font(SMALL - 2))
+        y += step
+    return sheet
+
+
+def write_sheet(path: Path, title: str, subtitle: str, rows: Sequence[Row]) -> None:
+    """Draw the sheet into a PNG file. Raises InputError when it cannot be written."""
+    sheet = np.asarray(draw_sheet(title, subtitle, rows), dtype=np.float32)
+    write_png(path, sheet[::-1] / 255.0)
+
+
+def _load(picture: Path | NDArray[Any]) -> Image:
+    """The picture at the cell's width."""
+    from PIL import Image
+
+    if isinstance(picture, Path):
+        with Image.open(picture) as file:
+            image = file.convert("RGB")
+    else:
+        encoded = np.clip(np.asarray(picture, dtype=np.float64)[::-1], 0.0, 1.0)
+        image = Image.fromarray(np.rint(encoded * 255.0).astype(np.uint8))
+    height = round(image.height * CELL_WIDTH / image.width)
+    return image.resize((CELL_WIDTH, height), Image.Resampling.LANCZOS)
+
+
+def _font(size: int) -> Font:
+    """Pillow's own font: no machine lacks it."""
+    from PIL import ImageFont
+
+    return ImageFont.load_default(size)

@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Relit views held against Cycles: pictures and figures, one folder for each view."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.progress import Progress
+
+from .comparison import compare_pictures
+from .contact_sheet import Cell, Row
+from .display import correspondence_colors, write_display_png
+from .output import part_of
+from .picture_file import read_picture, write_exr, write_png
+from .reference import Reference, render_reference
+
+# The reference's noise must be this much lower than the error that it measures.
+NOISE_MARGIN_DB = 6.0
+
+
+@dataclass
+class EvaluatedView:
+    """One view on its way through the evaluation.
+
+    Attributes:
+        name: of its folder and in the report.
+        camera: the camera object's name.
+        frame: the scene's frame.
+        folder: where its pictures go.
+        combined: (H, W, 4) float32, the relit picture, scene-linear, row 0 at the bottom.
+        correspondence: (H, W, 4) float32.
+        report: its part of the report.
+        reference: Cycles' picture, once it is rendered.
+    """
+
+    name: str
+    camera: str
+    frame: int
+    folder: Path
+    combined: NDArray[np.float32]
+    correspondence: NDArray[np.float32]
+    report: dict[str, Any] = field(default_factory=dict)
+    reference: Reference | None = None
+
+    def write_relit(self, scene: Any) -> None:
+        """Write relit.exr, relit.png and correspondence.png."""
+        write_exr(self.folder / "relit.exr", self.combined)
+        write_display_png(scene, self.combined, self.folder / "relit.png")
+        write_png(self.folder / "correspondence.png", correspondence_colors(self.correspondence))
+
+    def measure(
+        self,
+        scene: Any,
+        samples: int,
+        progress: Progress,
+        *,
+        known: Reference | None = None,
+        changed: Sequence[str] = (),
+    ) -> None:
+        """Render the reference, write it, and put the figures into the report.
+
+        Args:
+            scene: prepared by `reference.prepare`, with the lights as the view was relit.
+            samples: for each pixel and light.
+            progress: told of the reference's renders.
+            known: the reference of the same view under other lights, to start from.
+            changed: the names of the lights that are different from `known`.
+        """
+        started = time.monotonic()
+        scene.frame_set(self.frame)
+        camera = scene.objects[self.camera]
+        self.reference = render_reference(
+            scene, camera, samples, progress, known=known, changed=changed
+        )
+        self.reference.write(self.folder / "reference.exr")
+        write_display_png(scene, self.reference.rgba, self.folder / "reference.png")
+        relit = read_picture(self.folder / "relit.exr")
+        result = compare_pictures(read_picture(self.folder / "reference.exr"), relit)
+        result.write(self.folder)
+        self.report |= {
+            "whole": result.report["whole"],
+            "away_from_edges": result.report["away_from_edges"],
+            "reference": self._noise(samples, result.edge, result.report),
+            "seconds_reference": round(time.monotonic() - started, 2),
+        }
+
+    def _noise(
+        self, samples: int, edge: NDArray[np.bool_], report: dict[str, Any]
+    ) -> dict[str, Any]:
+        """The reference's noise, and whether it is low enough for what was measured."""
+        assert self.reference is not None
+        floors = {
+            "whole": self.reference.noise_floor(),
+            "away_from_edges": self.reference.noise_floor(~edge),
+        }
+        enough = all(
+            floor[key] is None
+            or report[area][key] is None
+            or floor[key] >= report[area][key] + NOISE_MARGIN_DB
+            for area, floor in floors.items()
+            for key in ("psnr_rgb", "psnr_luma")
+        )
+        return {
+            "samples_per_light": samples,
+            "noise_floor": floors,
+            "noise_is_low_enough": enough,
+        }
+
+    def row(self, heading: str) -> Row:
+        """The view's row of the contact sheet."""
+        seconds = f"{self.report['seconds_relight']:.1f} s"
+        cells = [Cell(self.folder / "relit.png", "Relume", seconds)]
+        if self.reference is not None:
+            away, whole = self.report["away_from_edges"], self.report["whole"]
+            floor = _db(self.report["reference"]["noise_floor"]["whole"]["psnr_luma"])
+            error = f"{_db(whole['psnr_luma'])}, away from edges {_db(away['psnr_luma'])}"
+            cells += [
+                Cell(self.folder / "reference.png", "Cycles, direct light", f"noise at {floor}"),
+                Cell(self.folder / "difference.png", "Difference, 8 times", error),
+            ]
+        holes = f"{100.0 * self.report['hole_fraction']:.2f} % holes"
+        cells.append(Cell(self.folder / "correspondence.png", "Correspondence map", holes))
+        return Row(heading, cells)
+
+
+def _db(value: float | None) -> str:
+    return "no error" if value is None or not np.isfinite(value) else f"{value:.1f} dB"
+
+
+def measure_all(
+    scene: Any, views: Sequence[EvaluatedView], samples: int, progress: Progress
+) -> None:
+    """Measure every view under the scene's present lights."""
+    for number, view in enumerate(views):
+        view.measure(
+            scene, samples, part_of(progress, number / len(views), (number + 1) / len(views))
+        )
+
+
+def describe_views(reports: Sequence[dict[str, Any]]) -> str:
+    """A table of the figures for a person."""
+    columns = f"{'RGB':>8}{'luma':>8}{'FLIP':>7}"
+    lines = [
+        f"{'':24}{'whole picture':^23}{'away from edges':^23}",
+        f"{'view':24}{columns}{columns}{'holes':>9}{'noise':>8}",
+    ]
+    for report in reports:
+        whole, away = report["whole"], report["away_from_edges"]
+        floor = report["reference"]["noise_floor"]["whole"]["psnr_luma"]
+        cells = "".join(
+            f"{_number(part[key], 2):>8}" if key != "flip" else f"{_number(part[key], 3):>7}"
+            for part in (whole, away)
+            for key in ("psnr_rgb", "psnr_luma", "flip")
+        )
+        holes = f"{100.0 * report['hole_fraction']:.2f} %"
+        mark = "" if report["reference"]["noise_is_low_enough"] else " !"
+        lines.append(f"{report['view']:24}{cells}{holes:>9}{_number(floor, 1):>8}{mark}")
+    if any(not report["reference"]["noise_is_low_enough"] for report in reports):
+        lines.append(
+            f"! the reference's noise is less than {NOISE_MARGIN_DB:.0f} dB below the error: "
+            "measure with more --reference-samples"
+        )
+    return "\n".join(lines)
+
+
+def _number(value: float | None, digits: int) -> str:
+    return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"

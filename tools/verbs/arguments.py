@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Arguments that several verbs share, spelled once."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+# Samples of a relit pixel: its error at edges is then below the caching's (docs/accuracy.md).
+RELIGHT_SAMPLES = 16
+
+
+def add_scene(parser: argparse.ArgumentParser) -> None:
+    """The .blend file."""
+    parser.add_argument("scene", type=Path, metavar="SCENE.blend")
+
+
+def add_cache(parser: argparse.ArgumentParser) -> None:
+    """The cache folder."""
+    parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
+
+
+def add_view(parser: argparse.ArgumentParser) -> None:
+    """What a view needs beside its camera."""
+    parser.add_argument(
+        "--size", type=size, metavar="WxH", help="pixels (default: the scene's render size)"
+    )
+    parser.add_argument("--frame", type=int, metavar="N", help="the frame (default: the scene's)")
+    parser.add_argument(
+        "--samples",
+        type=positive,
+        default=RELIGHT_SAMPLES,
+        metavar="N",
+        help="samples of each pixel (default: %(default)s)",
+    )
+
+
+def size(text: str) -> tuple[int, int]:
+    """A WxH argument, such as 640x480."""
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a size such as 640x480") from None
+    if width < 1 or height < 1:
+        raise argparse.ArgumentTypeError(f"'{text}' has no pixels")
+    return width, height
+
+
+def positive(text: str) -> int:
+    """A whole number of at least 1."""
+    try:
+        number = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number") from None
+    if number < 1:
+        raise argparse.ArgumentTypeError(f"{number} is less than 1")
+    return number
+
+
+def numbers(text: str) -> tuple[int, ...]:
+    """Numbers and ranges, such as 0-7,12."""
+    found: list[int] = []
+    try:
+        for part in text.split(","):
+            first, _, last = part.partition("-")
+            found.extend(range(int(first), int(last or first) + 1))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not like 0-7 or 0,3,5-8") from None
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}' names no camera")
+    return tuple(found)
+
+
+def names(text: str) -> tuple[str, ...]:
+    """Names between commas."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())

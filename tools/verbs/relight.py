@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`relume relight SCENE.blend`: one picture from the cache."""
+
+from __future__ import annotations
+
+import argparse
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addon.errors import InputError
+from addon.progress import Progress
+
+from ..output import part_of
+from . import arguments
+
+NAME = "relight"
+HELP = "Relight a camera's view of SCENE.blend from its cache, and write it as PNG or EXR."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    arguments.add_scene(parser)
+    arguments.add_cache(parser)
+    parser.add_argument(
+        "--out", type=Path, metavar="IMAGE", required=True,
+        help=".exr: scene-linear, with a layer for each light; .png: through Blender's view",
+    )  # fmt: skip
+    parser.add_argument("--camera", metavar="NAME", help="default: the scene's active camera")
+    parser.add_argument(
+        "--lights", type=Path, metavar="EDITS.json", help="changes to the lights, by their names"
+    )
+    arguments.add_view(parser)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
+    """Relight and write the picture."""
+    suffix = args.out.suffix.lower()
+    if suffix not in (".exr", ".png"):
+        raise InputError(f"{args.out} is neither an .exr nor a .png file; name one of these.")
+
+    from ..display import write_display_png
+    from ..picture_file import write_exr
+    from ..relit import edited_lights, open_session, read_edits, read_scene
+    from ..scene_file import open_scene
+
+    edits = read_edits(args.lights) if args.lights is not None else {}
+    progress(0.0, f"opening {args.scene.name}")
+    scene = open_scene(args.scene)
+    if args.frame is not None:
+        scene.frame_set(args.frame)
+    progress(0.05, "reading the scene")
+    arrays = read_scene(scene, [args.camera], args.size)
+    lights = edited_lights(arrays.lights, edits)
+    progress(0.15, f"loading {args.cache}")
+    session = open_session(arrays, args.cache)
+    session.set_lights(lights)
+    session.set_view(arrays.views[0])
+    started = time.monotonic()
+    picture = session.render(args.samples, part_of(progress, 0.4, 0.95))
+    seconds = time.monotonic() - started
+    progress(0.95, f"writing {args.out}")
+    if suffix == ".png":
+        write_display_png(scene, picture.combined, args.out)
+    else:
+        extra = {
+            f"{name.replace('.', '_')}.{channel}": np.ascontiguousarray(layer[..., i])
+            for name, layer in picture.layers.items()
+            for i, channel in enumerate("RGB")
+        }
+        write_exr(args.out, picture.combined, extra)
+    progress(1.0, f"wrote {args.out}")
+    return {
+        "image": str(args.out),
+        "camera": arrays.views[0].name,
+        "frame": int(scene.frame_current),
+        "width": arrays.views[0].width,
+        "height": arrays.views[0].height,
+        "samples": args.samples,
+        "lights": [light.name for light in lights],
+        "hole_fraction": float(picture.hole_fraction),
+        "seconds_relight": round(seconds, 3),
+        "warnings": list(arrays.warnings),
+    }
+
+
+def describe(report: dict[str, Any]) -> str:
+    """The result for a person."""
+    lines = [f"note: {warning}" for warning in report["warnings"]]
+    holes = 100.0 * report["hole_fraction"]
+    lines.append(
+        f"{report['image']}: {report['camera']}, {report['width']}x{report['height']}, "
+        f"{report['seconds_relight']:.2f} s, {holes:.2f} % holes"
+    )
+    return "\n".join(lines)

@@ -6,14 +6,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.light import Light
+from ..scene.light import NARROWEST_SPREAD, Light
 
 # A spot without blend has a step of no width; this is steep enough to be one in float32, whose
 # cosines are 6e-8 apart.
 _STEEPEST = 1e9
-
-# A grid narrower than this would send its light through less than a cell of any sample.
-NARROWEST_SPREAD = float(np.radians(1.0))
 
 
 def spot_cone(light: Light) -> NDArray[np.float64]:

@@ -18,6 +18,11 @@ LightType = Literal["POINT", "SPOT", "SUN", "AREA"]
 AreaShape = Literal["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"]
 
 
+# Narrower grids are shaded with this spread, radians: a light without any would need a sample
+# for each of its points.
+NARROWEST_SPREAD = float(np.radians(1.0))
+
+
 @dataclass(frozen=True)
 class Light:
     """A light under Blender's own attribute names.

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a dependency graph's lights into `Light`s."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .light import NARROWEST_SPREAD, Light
+from .node_reader import constant_color, constant_value, output_source
+
+
+@dataclass(frozen=True)
+class LightRig:
+    """A scene's lights.
+
+    Attributes:
+        lights: those that render; their names are unique.
+        warnings: one sentence for each thing that is not modelled.
+    """
+
+    lights: tuple[Light, ...]
+    warnings: tuple[str, ...]
+
+
+def read_lights(depsgraph: Any) -> LightRig:
+    """The lights that a render of this dependency graph has, instances too.
+
+    A light that is hidden from renders, black or a portal is left out. Take the graph of a
+    render (`with_render_depsgraph`): the viewport's does not know what collections hide.
+    """
+    lights: dict[str, Light] = {}
+    warnings: dict[str, None] = {}
+    for instance in depsgraph.object_instances:
+        evaluated = instance.object
+        if evaluated.type != "LIGHT" or not instance.show_self:
+            continue
+        original = evaluated.original
+        if original.hide_render or _is_portal(evaluated.data):
+            continue
+        name = original.name
+        if instance.is_instance and instance.parent is not None:
+            name = f"{instance.parent.original.name}/{name}"
+        name = _unique(name, lights)
+        world_from_light = np.array(instance.matrix_world, dtype=np.float64)
+        problems: list[str] = []
+        light = _read_light(name, evaluated, world_from_light, problems)
+        warnings |= {f"light '{original.name}': {problem}": None for problem in problems}
+        if light is not None and light.is_lit:
+            lights[name] = light
+    return LightRig(tuple(lights.values()), tuple(warnings))
+
+
+def _unique(name: str, taken: dict[str, Light]) -> str:
+    number, unique = 1, name
+    while unique in taken:
+        number += 1
+        unique = f"{name} #{number}"
+    return unique
+
+
+def _is_portal(data: Any) -> bool:
+    cycles = getattr(data, "cycles", None)
+    return data.type == "AREA" and cycles is not None and bool(cycles.is_portal)
+
+
+def _read_light(
+    name: str, evaluated: Any, world_from_light: NDArray[np.float64], problems: list[str]
+) -> Light | None:
+    data = evaluated.data
+    scale = np.linalg.norm(world_from_light[:3, :3], axis=0)
+    if not np.isfinite(world_from_light).all() or not scale.all():
+        problems.append("its transform is flat or not finite, so it gives no light")
+        return None
+    color = np.array(data.color, dtype=np.float64) * _emission(data, problems)
+    if data.use_temperature:
+        color *= np.array(data.temperature_color, dtype=np.float64)
+    light = Light(
+        name=name,
+        type=data.type,
+        world_from_light=world_from_light,
+        energy=float(data.energy),
+        color=color,
+        exposure=float(data.exposure),
+        normalize=bool(data.normalize),
+        shadow_soft_size=float(data.shadow_soft_size) if data.type in ("POINT", "SPOT") else 0.0,
+        use_soft_falloff=bool(getattr(data, "use_soft_falloff", True)),
+        spot_size=float(getattr(data, "spot_size", np.pi)),
+        spot_blend=float(getattr(data, "spot_blend", 0.0)),
+        angle=float(getattr(data, "angle", 0.0)),
+        shape=getattr(data, "shape", "SQUARE"),
+        size=float(getattr(data, "size", 1.0)),
+        size_y=float(getattr(data, "size_y", 1.0)),
+        spread=_spread(data, problems),
+        diffuse_factor=float(evaluated.visible_diffuse),
+        specular_factor=float(evaluated.visible_glossy),
+        use_shadow=bool(data.use_shadow),
+    )
+    linking = getattr(evaluated.original, "light_linking", None)
+    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+        problems.append("light linking is not modelled; it lights and is shadowed by all")
+    if evaluated.visible_camera:
+        problems.append("it is visible to cameras, which is not shown")
+    return light
+
+
+def _spread(data: Any, problems: list[str]) -> float:
+    spread = float(getattr(data, "spread", np.pi))
+    if spread < NARROWEST_SPREAD:
+        problems.append("its spread is below one degree and is shaded as one degree")
+        return NARROWEST_SPREAD
+    # Blender keeps angles in float32, whose pi is a little above.
+    return min(spread, float(np.pi)) if spread < np.float32(np.pi) else float(np.pi)
+
+
+def _emission(data: Any, problems: list[str]) -> NDArray[np.float64]:
+    """(3,) what the light's nodes multiply its power with."""
+    unmodelled = "its nodes are not modelled; its power and colour alone are used"
+    if not data.use_nodes or data.node_tree is None:
+        return np.ones(3)
+    node = output_source(data.node_tree, "ShaderNodeOutputLight")
+    if node is None:
+        return np.zeros(3)
+    if node.bl_idname != "ShaderNodeEmission":
+        problems.append(unmodelled)
+        return np.ones(3)
+    color = constant_color(node.inputs["Color"])
+    strength = constant_value(node.inputs["Strength"])
+    if color is None or strength is None:
+        problems.append(unmodelled)
+    return (np.ones(3) if color is None else color) * (1.0 if strength is None else strength)

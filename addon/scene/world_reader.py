@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads a scene's world, and renders the picture of one that varies with direction."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from .node_reader import constant_color, constant_value, output_source
+from .world import World
+
+# Rows of a world's picture. 512 rows are a third of a degree each, finer than a pixel of most
+# views; a sun of half a degree is still more than one texel.
+PICTURE_HEIGHT = 512
+
+
+def read_world(depsgraph: Any) -> World | None:
+    """The world of a dependency graph's scene; None when it is black.
+
+    A world that varies with direction comes back without its picture (`World.needs_baking`).
+    """
+    scene = depsgraph.scene_eval
+    world = scene.world
+    if world is None:
+        return None
+    visibility = getattr(world, "cycles_visibility", None)
+    result = World(
+        radiance=None,
+        camera_visible=visibility is None or bool(visibility.camera),
+        diffuse_visible=visibility is None or bool(visibility.diffuse),
+        glossy_visible=visibility is None or bool(visibility.glossy),
+        film_transparent=bool(scene.render.film_transparent),
+    )
+    if not world.use_nodes or world.node_tree is None:
+        return _constant(result, np.array(world.color, dtype=np.float64))
+    node = output_source(world.node_tree, "ShaderNodeOutputWorld")
+    if node is None:
+        return None
+    if node.bl_idname == "ShaderNodeBackground" and not node.mute:
+        color = constant_color(node.inputs["Color"])
+        strength = constant_value(node.inputs["Strength"])
+        if strength == 0.0:
+            return None
+        if color is not None and strength is not None:
+            return _constant(result, color * strength)
+    return replace(
+        result,
+        warnings=(
+            f"world '{world.original.name}' varies with direction: its light is smooth, "
+            "without the sharp shadows of what is small and bright in it",
+        ),
+    )
+
+
+def _constant(world: World, radiance: NDArray[np.float64]) -> World | None:
+    return replace(world, radiance=radiance) if radiance.any() else None
+
+
+def render_world(scene: Any, height: int = PICTURE_HEIGHT) -> NDArray[np.float32]:
+    """The scene's world as Cycles sees it: (height, 2 height, 3) float32, equirectangular.
+
+    Renders an empty scene that has the same world with a panoramic camera, and removes it
+    again; the open scene is not touched. Row 0 looks straight down.
+    """
+    stage = bpy.data.scenes.new("Relume world")
+    camera_data = bpy.data.cameras.new("Relume world")
+    camera = bpy.data.objects.new("Relume world", camera_data)
+    picture = None
+    try:
+        stage.world = scene.world
+        stage.frame_set(scene.frame_current)
+        stage.collection.objects.link(camera)
+        stage.camera = camera
+        # Cycles' panorama looks along the camera's -Z in its middle; Blender's pictures of
+        # surroundings along +X, with +Z up.
+        camera.rotation_euler = (np.pi / 2.0, 0.0, -np.pi / 2.0)
+        camera_data.type = "PANO"
+        camera_data.panorama_type = "EQUIRECTANGULAR"
+        _set_up(stage, height)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "world.exr"
+            stage.render.filepath = str(path)
+            bpy.ops.render.render(scene=stage.name, write_still=True)
+            picture = bpy.data.images.load(str(path))
+            pixels = np.empty(height * 2 * height * 4, dtype=np.float32)
+            picture.pixels.foreach_get(pixels)
+        return pixels.reshape(height, 2 * height, 4)[..., :3].copy()
+    finally:
+        if picture is not None:
+            bpy.data.images.remove(picture)
+        bpy.data.scenes.remove(stage)
+        bpy.data.objects.remove(camera)
+        bpy.data.cameras.remove(camera_data)
+
+
+def _set_up(stage: Any, height: int) -> None:
+    render = stage.render
+    render.engine = "CYCLES"
+    render.resolution_x, render.resolution_y = 2 * height, height
+    render.resolution_percentage = 100
+    render.film_transparent = False
+    render.use_file_extension = False
+    render.image_settings.media_type = "IMAGE"
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_depth = "32"
+    stage.cycles.device = "CPU"
+    stage.cycles.samples = 4
+    stage.cycles.use_adaptive_sampling = False
+    stage.cycles.use_denoising = False

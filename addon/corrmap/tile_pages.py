@@ -48,35 +48,42 @@ class TilePages:
         return {"cache_depth": self.depth, "cache_means": self.means, **packed}
 
     def glsl(self) -> str:
-        """`CachedSurface`, `read_packed`, `read_material_id` and `read_material_mean`."""
-        count = len(self.packed)
-        lines = [self.packing.glsl(), "vec4 read_packed(int index, ivec3 texel)", "{"]
-        lines += [
-            f"  if (index == {i}) {{ return texelFetch(cache_{i}, texel, 0); }}"
-            for i in range(count)
+        """`CachedSurface`, `read_packed`, `read_identity` and `read_material_mean`."""
+        packed = range(len(self.packed))
+        # What tells whose surface a texel is; textures without any of it are not read.
+        identity = [
+            index
+            for index, texture in enumerate(self.packing.textures)
+            if any(name in ("material_id", "normal") for name, _ in texture.components)
         ]
-        lines += ["  return vec4(0.0);", "}", ""]
-        lines += ["float read_material_id(ivec3 texel)", "{", "  vec4 texels[PACKED_COUNT];"]
-        lines.append(f"  for (int i = 0; i < PACKED_COUNT; i++) {{ {_MATERIAL_TEXEL} }}")
-        lines += ["  return unpack_surface(texels).material_id;", "}", ""]
-        lines += ["CachedSurface read_material_mean(int column)", "{"]
-        lines += ["  vec4 texels[PACKED_COUNT];"]
-        lines += ["  for (int i = 0; i < PACKED_COUNT; i++) {"]
-        lines += ["    texels[i] = texelFetch(cache_means, ivec2(column, i), 0);", "  }"]
-        lines += ["  return unpack_surface(texels);", "}", ""]
-        return "\n".join(lines).replace("INDEX", str(self._material_texture))
-
-    @property
-    def _material_texture(self) -> int:
-        """Which packed texture holds material_id; -1 when it is a constant."""
-        for index, texture in enumerate(self.packing.textures):
-            if ("material_id", 0) in texture.components:
-                return index
-        return -1
-
-
-# Only the texture that holds the id is read; the others' values are not looked at.
-_MATERIAL_TEXEL = "texels[i] = i == INDEX ? read_packed(i, texel) : vec4(0.0);"
+        lines = [
+            self.packing.glsl(),
+            "vec4 read_packed(int index, ivec3 texel)",
+            "{",
+            *(f"  if (index == {i}) {{ return texelFetch(cache_{i}, texel, 0); }}" for i in packed),
+            "  return vec4(0.0);",
+            "}",
+            "",
+            "/* Only material_id and normal are set. */",
+            "CachedSurface read_identity(ivec3 texel)",
+            "{",
+            "  vec4 texels[PACKED_COUNT];",
+            "  for (int i = 0; i < PACKED_COUNT; i++) { texels[i] = vec4(0.0); }",
+            *(f"  texels[{i}] = texelFetch(cache_{i}, texel, 0);" for i in identity),
+            "  return unpack_surface(texels);",
+            "}",
+            "",
+            "CachedSurface read_material_mean(int column)",
+            "{",
+            "  vec4 texels[PACKED_COUNT];",
+            "  for (int i = 0; i < PACKED_COUNT; i++) {",
+            "    texels[i] = texelFetch(cache_means, ivec2(column, i), 0);",
+            "  }",
+            "  return unpack_surface(texels);",
+            "}",
+            "",
+        ]
+        return "\n".join(lines)
 
 
 def upload_tiles(

@@ -35,8 +35,9 @@ class LayerStack:
     def __getitem__(self, name: str) -> LightLayer:
         return self._layers[name]
 
-    def __contains__(self, name: str) -> bool:
-        return name in self._layers
+    def get(self, name: str) -> LightLayer | None:
+        """The layer of that name, if there is one."""
+        return self._layers.get(name)
 
     def require(self, names: Iterable[str], width: int, height: int) -> None:
         """Make the named layers exist, empty if new, and drop all others."""

@@ -17,7 +17,7 @@ picture of an interactive view is a single sample from the pixels' and the light
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,7 +94,7 @@ class RelightSession:
         geometry: SceneGeometry,
         store: CacheStore,
         samples: int = 16,
-        shadows: ShadowSettings = ShadowSettings(),
+        shadows: ShadowSettings | None = None,
     ) -> None:
         framebuffers = store.read_finished()
         if not framebuffers:
@@ -105,7 +105,7 @@ class RelightSession:
         self._world: World | None = None
         self._world_textures: WorldTextures | None = None
         self._view: View | None = None
-        self._shadow_settings = shadows
+        self._shadow_settings = shadows or ShadowSettings()
         self._shadow_pass: ShadowPass | None = None
         self._shadow_geometry: GeometryBuffer | None = None
         self._preview_shadows: dict[str, ShadowMap] = {}
@@ -258,8 +258,8 @@ class RelightSession:
             stack.require(self._layer_names(), view.width, view.height)
 
     def _shown(self, name: str) -> LightLayer | None:
-        refined = self._refined[name] if name in self._refined else None
-        preview = self._preview[name] if name in self._preview else None
+        refined = self._refined.get(name)
+        preview = self._preview.get(name)
         enough = min(_STEADY_SAMPLES, self._refined.count)
         if refined is not None and refined.samples >= enough:
             return refined
@@ -292,7 +292,7 @@ class RelightSession:
         if name in self._lights:
             light = self._lights[name]
             point = light_sample(light, k, count)
-            self._light_pass.draw(surface, light, point, shadow, layer.target)
+            self._light_pass.draw(surface, light, point, layer.target, shadow=shadow)
         elif name == EMISSION_LAYER and self._emission_pass is not None:
             self._emission_pass.draw(surface, layer.target)
         else:
@@ -344,9 +344,5 @@ def _uses(plan: ChannelPlan, channels: Sequence[str]) -> bool:
 def _same_light(a: Light | None, b: Light | None) -> bool:
     if a is None or b is None:
         return a is b
-    plain = {"world_from_light": np.eye(4), "color": np.zeros(3)}
-    return (
-        replace(a, **plain) == replace(b, **plain)  # type: ignore[arg-type]
-        and np.array_equal(a.world_from_light, b.world_from_light)
-        and np.array_equal(a.color, b.color)
-    )
+    pairs = ((getattr(a, field.name), getattr(b, field.name)) for field in fields(Light))
+    return all(np.array_equal(x, y) for x, y in pairs)

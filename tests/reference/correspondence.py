@@ -17,17 +17,19 @@ from addon.caching.framebuffer import DeepFramebuffer
 
 SAME_SURFACE_TEXELS = 0.5
 VISIBLE_SHARE = 0.2
+SAME_FACING = 0.2
 _FLOAT_SPACING = 2.0**-23
 
 
 @dataclass(frozen=True)
 class Footprints:
-    """Four texels for each of N points: x, y (N, 4), bilinear weights (N, 4), same (N, 4)."""
+    """Four texels for each of N points: x, y, bilinear weights, and how surely each shows the
+    point's own surface; all (N, 4)."""
 
     x: NDArray[np.int64]
     y: NDArray[np.int64]
     weight: NDArray[np.float64]
-    same: NDArray[np.bool_]
+    same: NDArray[np.float64]
 
 
 def footprints(
@@ -54,7 +56,8 @@ def footprints(
     width = 2.0 * camera.half_extent * depth / size
     distance = np.linalg.norm(points - camera.origin, axis=1)
     bound = SAME_SURFACE_TEXELS * width + 8.0 * _FLOAT_SPACING * (local_size + distance)
-    return Footprints(x, y, weight, (stored > 0.0) & (off_plane <= bound[:, None]))
+    same = np.maximum(0.0, 1.0 - off_plane / bound[:, None])
+    return Footprints(x, y, weight, np.where(stored > 0.0, same, 0.0))
 
 
 def correspondence(
@@ -105,7 +108,9 @@ def gather(
         taps = footprints(framebuffer, points[mine], normals[mine], local_size[mine])
         weight = taps.weight * taps.same
         ids = framebuffer.channels["material_id"][taps.y, taps.x, 0]
-        own = weight * (ids == material[mine, None])
+        shading = framebuffer.channels["normal"][taps.y, taps.x].astype(np.float64)
+        facing = (shading * normals[mine, None]).sum(-1) > SAME_FACING
+        own = weight * (ids == material[mine, None]) * facing
         weight = np.where(own.sum(1, keepdims=True) > 0.0, own, weight)
         values = framebuffer.channels[channel][taps.y, taps.x].astype(np.float64)
         total = weight.sum(1, keepdims=True)

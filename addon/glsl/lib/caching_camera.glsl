@@ -61,31 +61,29 @@ Footprint bilinear_footprint(int camera, vec2 uv)
   return footprint;
 }
 
-/* Whether a texel shows the surface that has normal n at q (both in the camera's axes): its
- * distance from the tangent plane there is less than a bound made of the texel's own width
- * and of float rounding. `size` is the length of the coordinates that were rounded. */
-bool same_surface(int camera, ivec2 texel, vec3 q, vec3 n, float size)
+/* How surely a texel shows the surface that has normal n at q (both in the camera's axes), from
+ * 1 on its tangent plane there down to 0 at a bound made of the texel's own width and of float
+ * rounding. `size` is the length of the coordinates that were rounded. */
+float same_surface(int camera, ivec2 texel, vec3 q, vec3 n, float size)
 {
   float depth = texelFetch(cache_depth, page_texel(camera, texel), 0).r;
   if (depth <= 0.0) {
-    return false;
+    return 0.0;
   }
   float extent = half_extent(camera);
   vec2 uv = (vec2(texel) + 0.5) / tile_resolution(camera);
   vec3 seen = depth * vec3((uv * 2.0 - 1.0) * extent, 1.0);
   float width = 2.0 * extent * q.z / tile_resolution(camera);
   float bound = SAME_SURFACE_TEXELS * width + POSITION_ROUNDING * size;
-  return abs(dot(n, seen - q)) <= bound;
+  return max(0.0, 1.0 - abs(dot(n, seen - q)) / bound);
 }
 
-/* The bilinear weights, zero where a texel shows something else. */
+/* The bilinear weights, less where a texel shows something else. */
 vec4 visible_weights(int camera, Footprint footprint, vec3 q, vec3 n, float size)
 {
   vec4 weight = footprint.weight;
   for (int i = 0; i < 4; i++) {
-    if (!same_surface(camera, footprint.texel[i], q, n, size)) {
-      weight[i] = 0.0;
-    }
+    weight[i] *= same_surface(camera, footprint.texel[i], q, n, size);
   }
   return weight;
 }

@@ -17,3 +17,8 @@ const float SAME_SURFACE_TEXELS = 0.5;
 /* A caching camera sees a point when at least this share of the bilinear footprint lies on the
  * point's own surface. Near a silhouette a quarter (one of four texels) is what is left. */
 const float VISIBLE_SHARE = 0.2;
+
+/* A cached shading normal belongs to the pixel's own surface when its cosine to the triangle's
+ * normal is above this: smooth shading and bump maps stay well inside, and the other side of a
+ * right-angled edge outside. Where nothing better is near, other texels are read all the same. */
+const float SAME_FACING = 0.2;

@@ -24,11 +24,13 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
   vec4 weight = visible_weights(camera, footprint, q, n_camera, length(p) + length(q));
   vec4 own = weight;
   for (int i = 0; i < 4; i++) {
-    if (abs(read_material_id(page_texel(camera, footprint.texel[i])) - material) > 0.5) {
+    CachedSurface seen = read_identity(page_texel(camera, footprint.texel[i]));
+    bool facing = dot(seen.normal, n) > SAME_FACING * length(seen.normal);
+    if (abs(seen.material_id - material) > 0.5 || !facing) {
       own[i] = 0.0;
     }
   }
-  /* At a border between materials the own one may fall between the texels. */
+  /* At a border between materials or faces the own one may fall between the texels. */
   if (dot(own, vec4(1.0)) > 0.0) {
     weight = own;
   }

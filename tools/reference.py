@@ -260,7 +260,8 @@ def _render_guides(scene: Any, path: Path) -> tuple[NDArray[np.float32], NDArray
     """Depth (0 for the background) and object numbers, both (H, W), at the pixel centres."""
     cycles = scene.cycles
     kept = cycles.pixel_filter_type, cycles.filter_width
-    cycles.pixel_filter_type, cycles.filter_width = "BOX", 0.01
+    # Cycles' box filter is a pixel wide whatever its setting says.
+    cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01
     try:
         picture = _render(scene, path, samples=1, seed=0)
     finally:

@@ -3,11 +3,10 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from addon.errors import InputError
 from addon.scene.geometry import SceneGeometry
@@ -15,17 +14,27 @@ from addon.scene.light import Light
 from addon.scene.view import View
 from addon.scene.world import World
 
-Edits = Mapping[str, Mapping[str, Any] | None]
+if TYPE_CHECKING:
+    from addon.relight.session import RelightSession
 
 
 @dataclass(frozen=True)
 class SceneArrays:
-    """Everything that the session needs of a scene, read from it as a render would see it."""
+    """Everything that the session needs of a scene, as a render would see it.
+
+    Attributes:
+        geometry: its surfaces.
+        lights: what is lit.
+        world: None when it is black.
+        views: one for each camera asked for.
+        warnings: one sentence for each thing left out or approximated.
+    """
 
     geometry: SceneGeometry
     lights: tuple[Light, ...]
-    world: World
+    world: World | None
     views: tuple[View, ...]
+    warnings: tuple[str, ...]
 
 
 def read_scene(
@@ -39,7 +48,7 @@ def read_scene(
         size: width and height of the views; None for the scene's.
 
     Raises:
-        InputError: there is no mesh, no light, or no such camera.
+        InputError: there is no mesh, or no such camera.
     """
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
@@ -50,34 +59,34 @@ def read_scene(
     objects = [find_camera(scene, name) for name in cameras]
 
     def read(depsgraph: Any) -> SceneArrays:
+        geometry, rig, world = (
+            read_geometry(depsgraph),
+            read_lights(depsgraph),
+            read_world(depsgraph),
+        )
         views = tuple(read_view(depsgraph, camera, *(size or ())) for camera in objects)
-        lights = tuple(read_lights(depsgraph))
-        return SceneArrays(read_geometry(depsgraph), lights, read_world(depsgraph), views)
+        warnings = geometry.warnings + rig.warnings + (() if world is None else world.warnings)
+        return SceneArrays(geometry, rig.lights, world, views, warnings)
 
-    arrays: SceneArrays = with_render_depsgraph(scene, read)
-    if not any(light.is_lit for light in arrays.lights):
+    return with_render_depsgraph(scene, read)
+
+
+def require_light(scene: Any, arrays: SceneArrays) -> None:
+    """Raises InputError when nothing in the scene gives light."""
+    if not arrays.lights and arrays.world is None:
         raise InputError(f"Scene '{scene.name}' has no light; add one to relight it.")
-    return arrays
 
 
-def read_edits(path: Path) -> Edits:
-    """Read an EDITS.json: attributes to change by the light's name, or null to switch it off.
+def open_session(arrays: SceneArrays, cache: Path) -> RelightSession:
+    """A session on a scene's cache, with the scene's lights and world.
 
     Raises:
-        InputError: it is missing or not such a file. Unknown names are left to whoever applies
-            the edits.
+        InputError: there is no such cache, it is damaged, or it was baked from another scene.
     """
-    try:
-        edits = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path} cannot be read ({error.strerror}); check the path.") from None
-    except ValueError as error:
-        raise InputError(f"{path} is not JSON ({error}); correct it.") from None
-    if not isinstance(edits, dict):
-        raise InputError(f"{path} is not a JSON object of lights' names; see the manual.")
-    for name, values in edits.items():
-        if values is not None and not isinstance(values, dict):
-            raise InputError(
-                f"{path}: light '{name}' needs an object of attributes, or null to switch it off."
-            )
-    return edits
+    from addon.caching.store import CacheStore
+    from addon.relight.session import RelightSession
+
+    session = RelightSession(arrays.geometry, CacheStore.open(cache))
+    session.set_lights(arrays.lights)
+    session.set_world(arrays.world)
+    return session

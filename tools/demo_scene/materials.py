@@ -17,7 +17,6 @@ class Tree:
 
     def __init__(self, name: str) -> None:
         material: Any = bpy.data.materials.new(name)
-        material.use_nodes = True
         material.node_tree.nodes.clear()
         self.material, self.tree = material, material.node_tree
 

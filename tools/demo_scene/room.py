@@ -59,7 +59,6 @@ def _settings(scene: Any) -> None:
     scene.frame_start, scene.frame_end = CAMERA_KEYS[0][0], CAMERA_KEYS[-1][0]
     scene.view_settings.view_transform = "Standard"
     scene.world = bpy.data.worlds.new("World")
-    scene.world.use_nodes = True
     scene.world.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
 
 

@@ -41,22 +41,24 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     if suffix not in (".exr", ".png"):
         raise InputError(f"{args.out} is neither an .exr nor a .png file; name one of these.")
 
+    from addon.relight.edits import applied_edits, load_edits
+
     from ..display import write_display_png
     from ..picture_file import write_exr
-    from ..relit import edited_lights, open_session, read_edits, read_scene
+    from ..relit import open_session, read_scene, require_light
     from ..scene_file import open_scene
 
-    edits = read_edits(args.lights) if args.lights is not None else {}
+    edits = load_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     if args.frame is not None:
         scene.frame_set(args.frame)
     progress(0.05, "reading the scene")
-    arrays = read_scene(scene, [args.camera], args.size)
-    lights = edited_lights(arrays.lights, edits)
+    with applied_edits(scene, edits):
+        arrays = read_scene(scene, [args.camera], args.size)
+    require_light(scene, arrays)
     progress(0.15, f"loading {args.cache}")
     session = open_session(arrays, args.cache)
-    session.set_lights(lights)
     session.set_view(arrays.views[0])
     started = time.monotonic()
     picture = session.render(args.samples, part_of(progress, 0.4, 0.95))
@@ -79,7 +81,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "width": arrays.views[0].width,
         "height": arrays.views[0].height,
         "samples": args.samples,
-        "lights": [light.name for light in lights],
+        "lights": [light.name for light in arrays.lights],
         "hole_fraction": float(picture.hole_fraction),
         "seconds_relight": round(seconds, 3),
         "warnings": list(arrays.warnings),

@@ -43,7 +43,7 @@ LIGHT_ATTRIBUTES = (
 )
 
 
-def load_edits(path: Path) -> Edits:
+def read_edits(path: Path) -> Edits:
     """Read EDITS.json.
 
     Raises:

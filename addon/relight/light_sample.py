@@ -44,28 +44,32 @@ class LightSample:
 
 
 def light_sample(light: Light, k: int, count: int, seed: int = 0) -> LightSample:
-    """Point k of `count` on the light; a single sample is the light's centre."""
-    if count == 1:
-        toward = -light.direction if light.type == "SUN" else light.position
-        return LightSample(toward, 1)
+    """Point k of `count` on the light; a single sample is the light's centre.
+
+    Points come in pairs that mirror each other in the centre, so that what grows evenly over
+    the light is exact from two samples on. The last of an odd count is the centre.
+    """
+    if k == count - 1 and count % 2 == 1:
+        return LightSample(-light.direction if light.type == "SUN" else light.position, count)
     start = np.random.default_rng([seed, zlib.crc32(light.name.encode())]).random(3)
-    return LightSample(_place(light, (start + k * _STEPS) % 1.0), count)
+    u = (start + (k // 2) * _STEPS) % 1.0
+    return LightSample(_place(light, u, 1.0 if k % 2 == 0 else -1.0), count)
 
 
-def _place(light: Light, u: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The point for (3,) numbers in [0, 1)."""
+def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:
+    """The point for (3,) numbers in [0, 1), or with `side` -1 its mirror image."""
     if light.type == "SUN":
-        return _in_cone(-light.direction, light.angle, u)
+        return _in_cone(-light.direction, light.angle, u, side)
     if light.type == "AREA":
-        corner = _on_disk(u) if light.is_round else u[:2] - 0.5
+        corner = side * (_on_disk(u) if light.is_round else u[:2] - 0.5)
         return np.asarray(light.position + corner @ light.extents)
     z = 2.0 * u[0] - 1.0
     around = 2.0 * np.pi * u[1]
     ring = np.sqrt(1.0 - z * z)
     unit = np.array([ring * np.cos(around), ring * np.sin(around), z])
     # r^2 of the density r^2 / sqrt(1 - r^2) follows Beta(3/2, 1/2).
-    distance = np.sqrt(betaincinv(1.5, 0.5, u[2]))
-    return np.asarray(light.position + light.shadow_soft_size * distance * unit)
+    distance = side * light.shadow_soft_size * np.sqrt(betaincinv(1.5, 0.5, u[2]))
+    return np.asarray(light.position + distance * unit)
 
 
 def _on_disk(u: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -75,11 +79,11 @@ def _on_disk(u: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _in_cone(
-    axis: NDArray[np.float64], angle: float, u: NDArray[np.float64]
+    axis: NDArray[np.float64], angle: float, u: NDArray[np.float64], turn: float
 ) -> NDArray[np.float64]:
-    """Even over the directions within angle / 2 of the axis."""
+    """Even over the directions within angle / 2 of the axis; `turn` -1 mirrors."""
     one_minus_cos = 2.0 * np.sin(0.25 * angle) ** 2 * u[0]
-    ring = np.sqrt(one_minus_cos * (2.0 - one_minus_cos))
+    ring = turn * np.sqrt(one_minus_cos * (2.0 - one_minus_cos))
     helper = np.eye(3)[np.argmin(np.abs(axis))]
     side = np.cross(axis, helper)
     side /= np.linalg.norm(side)

@@ -48,6 +48,7 @@ class Light:
         diffuse_factor, specular_factor: share that reaches each lobe. Cycles has no such
             control but the light's ray visibility, so a light as read from Blender has 0 or 1.
         use_shadow: whether it casts shadows.
+        warnings: one sentence for each thing about it that is not modelled.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Light:
     diffuse_factor: float = 1.0
     specular_factor: float = 1.0
     use_shadow: bool = True
+    warnings: tuple[str, ...] = ()
 
     @property
     def position(self) -> NDArray[np.float64]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,27 +12,14 @@ from .light import NARROWEST_SPREAD, Light
 from .node_reader import constant_color, constant_value, output_source
 
 
-@dataclass(frozen=True)
-class LightRig:
-    """A scene's lights.
-
-    Attributes:
-        lights: those that render; their names are unique.
-        warnings: one sentence for each thing that is not modelled.
-    """
-
-    lights: tuple[Light, ...]
-    warnings: tuple[str, ...]
-
-
-def read_lights(depsgraph: Any) -> LightRig:
+def read_lights(depsgraph: Any) -> tuple[Light, ...]:
     """The lights that a render of this dependency graph has, instances too.
 
-    A light that is hidden from renders, black or a portal is left out. Take the graph of a
+    Their names are unique. A light that is hidden from renders, black, flat (scaled to nothing)
+    or a portal is left out. Take the graph of a
     render (`with_render_depsgraph`): the viewport's does not know what collections hide.
     """
     lights: dict[str, Light] = {}
-    warnings: dict[str, None] = {}
     for instance in depsgraph.object_instances:
         evaluated = instance.object
         if evaluated.type != "LIGHT" or not instance.show_self:
@@ -46,12 +32,12 @@ def read_lights(depsgraph: Any) -> LightRig:
             name = f"{instance.parent.original.name}/{name}"
         name = _unique(name, lights)
         world_from_light = np.array(instance.matrix_world, dtype=np.float64)
-        problems: list[str] = []
-        light = _read_light(name, evaluated, world_from_light, problems)
-        warnings |= {f"light '{original.name}': {problem}": None for problem in problems}
-        if light is not None and light.is_lit:
+        if not np.isfinite(world_from_light).all() or not world_from_light.any(axis=0).all():
+            continue
+        light = _read_light(name, evaluated, world_from_light)
+        if light.is_lit:
             lights[name] = light
-    return LightRig(tuple(lights.values()), tuple(warnings))
+    return tuple(lights.values())
 
 
 def _unique(name: str, taken: dict[str, Light]) -> str:
@@ -67,18 +53,19 @@ def _is_portal(data: Any) -> bool:
     return data.type == "AREA" and cycles is not None and bool(cycles.is_portal)
 
 
-def _read_light(
-    name: str, evaluated: Any, world_from_light: NDArray[np.float64], problems: list[str]
-) -> Light | None:
+def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]) -> Light:
     data = evaluated.data
-    scale = np.linalg.norm(world_from_light[:3, :3], axis=0)
-    if not np.isfinite(world_from_light).all() or not scale.all():
-        problems.append("its transform is flat or not finite, so it gives no light")
-        return None
+    problems: list[str] = []
     color = np.array(data.color, dtype=np.float64) * _emission(data, problems)
     if data.use_temperature:
         color *= np.array(data.temperature_color, dtype=np.float64)
-    light = Light(
+    spread = _spread(data, problems)
+    linking = getattr(evaluated.original, "light_linking", None)
+    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
+        problems.append("light linking is not modelled; it lights and is shadowed by all")
+    if evaluated.visible_camera:
+        problems.append("it is visible to cameras, which is not shown")
+    return Light(
         name=name,
         type=data.type,
         world_from_light=world_from_light,
@@ -94,17 +81,12 @@ def _read_light(
         shape=getattr(data, "shape", "SQUARE"),
         size=float(getattr(data, "size", 1.0)),
         size_y=float(getattr(data, "size_y", 1.0)),
-        spread=_spread(data, problems),
+        spread=spread,
         diffuse_factor=float(evaluated.visible_diffuse),
         specular_factor=float(evaluated.visible_glossy),
         use_shadow=bool(data.use_shadow),
+        warnings=tuple(f"light '{name}': {problem}" for problem in problems),
     )
-    linking = getattr(evaluated.original, "light_linking", None)
-    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-        problems.append("light linking is not modelled; it lights and is shadowed by all")
-    if evaluated.visible_camera:
-        problems.append("it is visible to cameras, which is not shown")
-    return light
 
 
 def _spread(data: Any, problems: list[str]) -> float:

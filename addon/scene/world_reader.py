@@ -52,8 +52,7 @@ def read_world(depsgraph: Any) -> World | None:
     return replace(
         result,
         warnings=(
-            f"world '{world.original.name}' varies with direction: its light is smooth, "
-            "without the sharp shadows of what is small and bright in it",
+            f"world '{world.original.name}': what is small and bright in it casts no shadow",
         ),
     )
 

@@ -54,7 +54,6 @@ class SurfaceSampler:
             framebuffers, make_packing(plan.stored, plan.constants), len(plan.material_names)
         )
         self._memory_budget = memory_budget
-        self._view: View | None = None
         self._samples: dict[int, SurfaceBuffer] = {}
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
@@ -77,7 +76,7 @@ class SurfaceSampler:
         return self._buffer
 
     def set_geometry(self, geometry: SceneGeometry) -> None:
-        """Show other triangles through the same cache."""
+        """Show other triangles through the same cache; the view must be set again."""
         number = {name: index for index, name in enumerate(self._plan.material_names)}
         unknown = len(self._plan.material_names)
         column = np.array(
@@ -93,6 +92,7 @@ class SurfaceSampler:
             ),
         )
         self._buffer = None
+        self._view = None
         self._forget()
 
     def set_view(self, view: View) -> bool:

@@ -18,12 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..caching.plan import ChannelPlan
-from ..caching.store import CacheStore
 from ..corrmap.correspondence import Coverage
 from ..corrmap.geometry_buffer import GeometryBuffer
 from ..corrmap.pixel_filter import pixel_offsets
@@ -45,6 +45,9 @@ from .shadow_frustum import ShadowSettings
 from .shadow_pass import ShadowMap, ShadowPass
 from .surface_pass import EmissionPass
 from .world_pass import AmbientPass, BackgroundPass, WorldTextures
+
+if TYPE_CHECKING:
+    from ..caching.store import CacheStore
 
 WORLD_LAYER = "World"
 EMISSION_LAYER = "Emission"
@@ -188,7 +191,7 @@ class RelightSession:
         The preview comes first, whole; then one sample after another.
         """
         self._require_layers()
-        if self._preview.next_sample is not None and self.samples_done < _STEADY_SAMPLES:
+        if self._preview.next_sample is not None and self.samples_done < self._steady_samples:
             self._preview.advance(self._draw_preview)
             return True
         if self._refined.next_sample is not None:
@@ -245,6 +248,11 @@ class RelightSession:
             raise RuntimeError("set a view before drawing")
         return self._view
 
+    @property
+    def _steady_samples(self) -> int:
+        """From how many samples on a layer's mean is shown instead of its preview."""
+        return min(_STEADY_SAMPLES, self._refined.count)
+
     def _layer_names(self) -> list[str]:
         # The world's layer is always there: it holds the picture's alpha.
         names = [*self._lights, WORLD_LAYER]
@@ -260,8 +268,7 @@ class RelightSession:
     def _shown(self, name: str) -> LightLayer | None:
         refined = self._refined.get(name)
         preview = self._preview.get(name)
-        enough = min(_STEADY_SAMPLES, self._refined.count)
-        if refined is not None and refined.samples >= enough:
+        if refined is not None and refined.samples >= self._steady_samples:
             return refined
         for layer in (preview, refined):
             if layer is not None and layer.samples:

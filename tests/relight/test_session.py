@@ -1,0 +1,266 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The session redoes what depends on a change, and nothing else; its pictures are light."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.plan import ChannelPlan
+from addon.errors import InputError
+from addon.progress import Cancelled
+from addon.scene.geometry import SceneGeometry
+from addon.scene.light import Light
+from addon.scene.view import View
+from addon.scene.world import World
+from tests import synthetic
+
+ALBEDO = 0.6
+
+
+@dataclass
+class MemoryStore:
+    """What the session needs of a cache, without a disk."""
+
+    plan: ChannelPlan
+    framebuffers: list[DeepFramebuffer]
+    folder: Path = field(default=Path("memory.relume"))
+
+    def read_finished(self) -> list[DeepFramebuffer]:
+        return self.framebuffers
+
+
+def white(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.full_like(points, ALBEDO)
+
+
+def make_store(geometry: SceneGeometry, cameras: list[Any]) -> MemoryStore:
+    tracer = synthetic.Tracer(geometry)
+    plan = ChannelPlan(
+        ("depth", "material_id", "normal", "diffuse_color"), {}, geometry.material_names
+    )
+    return MemoryStore(
+        plan, [synthetic.trace_framebuffer(geometry, tracer, c, white) for c in cameras]
+    )
+
+
+def point_light(name: str, place: tuple[float, float, float], energy: float = 10.0) -> Light:
+    world_from_light = np.eye(4)
+    world_from_light[:3, 3] = place
+    return Light(name, "POINT", world_from_light, energy, np.ones(3))
+
+
+@pytest.fixture(scope="module")
+def room() -> tuple[SceneGeometry, MemoryStore, View]:
+    geometry = synthetic.room_with_box()
+    store = make_store(geometry, synthetic.cube_cameras((-1.2, -1.0, 1.0), 128))
+    view = synthetic.perspective_view(
+        synthetic.looking_at((-1.5, -1.6, 0.9), (0.3, 0.2, -0.6)), 64, 48, 1.2
+    )
+    return geometry, store, view
+
+
+def open_session(room: tuple[SceneGeometry, MemoryStore, View], samples: int = 2) -> Any:
+    from addon.relight.session import RelightSession
+
+    geometry, store, view = room
+    session = RelightSession(geometry, cast("Any", store), samples)
+    session.set_view(view)
+    session.set_world(None)
+    return session
+
+
+@contextmanager
+def counted_draws(session: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
+    """The names of the lights that are shaded inside, one entry for each pass."""
+    shaded: list[str] = []
+    real = session._light_pass.draw
+
+    def draw(surface: Any, light: Light, *args: Any, **kwargs: Any) -> None:
+        shaded.append(light.name)
+        real(surface, light, *args, **kwargs)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(session._light_pass, "draw", draw)
+        yield shaded
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e5])
+def test_a_lambert_plane_has_its_radiance_on_paper(gpu_context: None, scale: float) -> None:
+    from addon.relight.session import RelightSession
+
+    corners = np.array([[-4.0, -4, 0], [4.0, -4, 0], [4.0, 4, 0], [-4.0, 4, 0]]) * scale
+    geometry = synthetic.geometry_of([(corners, np.array([[0, 1, 2], [0, 2, 3]]))])
+    store = make_store(geometry, synthetic.cube_cameras((0, 0, 3.0 * scale), 64, far=1e3 * scale))
+    view = synthetic.perspective_view(
+        synthetic.looking_at((0.5 * scale, -3.0 * scale, 2.0 * scale), (0, 0, 0)),
+        64, 48, 0.7, 0.01 * scale, 100.0 * scale,
+    )  # fmt: skip
+    energy = 40.0 * scale**2
+    height = 1.5 * scale
+    session = RelightSession(geometry, cast("Any", store), samples=1)
+    session.set_view(view)
+    session.set_world(None)
+    session.set_lights([point_light("Lamp", (0.3 * scale, 0.2 * scale, height), energy)])
+    picture = session.render()
+
+    x, y = np.meshgrid(np.arange(64) + 0.5, np.arange(48) + 0.5)
+    origin, direction = view.rays(np.stack([x, y], axis=-1))
+    hit = origin - direction * (origin[..., 2] / direction[..., 2])[..., None]
+    toward = np.array([0.3 * scale, 0.2 * scale, height]) - hit
+    distance = np.linalg.norm(toward, axis=-1)
+    # L = rho Phi cos(theta) / (4 pi^2 d^2), as Cycles has it.
+    expected = ALBEDO * energy * (height / distance) / (4.0 * np.pi**2 * distance**2)
+    # Half precision of the albedo: 2**-12 of it; the rest is float32.
+    assert np.abs(picture.combined[..., 0] / expected - 1.0).max() < 5e-4
+    assert (picture.combined[..., 3] == 1.0).all()
+
+
+def test_layers_add_up(gpu_context: None, room: Any) -> None:
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0), 3.0)])
+    session.set_world(World(np.array([0.1, 0.2, 0.3])))
+    picture = session.render()
+    assert set(picture.layers) == {"A", "B", "World"}
+    total = np.sum([*picture.layers.values()], axis=0, dtype=np.float64)
+    # Three float32 sums of numbers of order one.
+    assert np.abs(picture.combined[..., :3] - total).max() < 1e-6
+    assert np.isfinite(picture.combined).all()
+
+
+def test_an_edit_redoes_one_layer(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_session(room)
+    lights = [point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0))]
+    session.set_lights(lights)
+    before = session.render()
+    edited = [replace(lights[0], energy=20.0), lights[1]]
+    with counted_draws(session, monkeypatch) as shaded:
+        session.set_lights(edited)
+        after = session.render()
+    assert shaded == ["A", "A"]
+    assert np.array_equal(after.layers["B"], before.layers["B"])
+    # Twice the power is exactly twice the float.
+    assert np.array_equal(after.layers["A"], 2.0 * before.layers["A"])
+    fresh = open_session(room)
+    fresh.set_lights(edited)
+    assert np.array_equal(fresh.render().combined, after.combined)
+
+
+def test_nothing_changed_means_no_work(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+    session.render()
+    with counted_draws(session, monkeypatch) as shaded:
+        session.set_lights([point_light("A", (1, 1, 1.5))])
+        session.set_view(room[2])
+        assert not session.step()
+    assert shaded == []
+
+
+def test_removed_lights_leave_the_picture(gpu_context: None, room: Any) -> None:
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+    assert session.render().combined[..., :3].max() > 0.0
+    session.set_lights([])
+    assert session.render().combined[..., :3].max() == 0.0
+
+
+def test_steps_end_at_the_render(gpu_context: None, room: Any) -> None:
+    from addon.glsl.shader import read_texture
+
+    session = open_session(room, samples=5)
+    session.set_lights([replace(point_light("A", (1, 1, 1.5)), shadow_soft_size=0.2)])
+    pictures = []
+    while session.step():
+        pictures.append(read_texture(session.draw_combined()))
+    # The centred preview first, then five samples.
+    assert len(pictures) == 6
+    assert np.array_equal(pictures[-1], session.render().combined)
+    # The first picture shows the whole scene already.
+    assert np.abs(pictures[0] - pictures[-1]).mean() < 0.1 * pictures[-1].mean()
+
+
+def test_a_camera_move_equals_a_new_session(gpu_context: None, room: Any) -> None:
+    geometry, store, _ = room
+    other = synthetic.perspective_view(
+        synthetic.looking_at((-1.4, -1.5, 1.2), (0.3, 0.2, -0.6)), 64, 48, 1.0
+    )
+    sun = Light("Sun", "SUN", synthetic.looking_at((0, 0, 0), (0.2, 0.1, -1)), 2.0, np.ones(3))
+    moved = open_session(room)
+    moved.set_lights([point_light("A", (1, 1, 1.5)), sun])
+    while moved.step():
+        pass
+    moved.set_view(other)
+    fresh = open_session((geometry, store, other))
+    fresh.set_lights([point_light("A", (1, 1, 1.5)), sun])
+    # Local space lies at the first view in one and the second in the other: only rounding
+    # differs, and what lies on an edge of a shadow or triangle.
+    difference = np.abs(moved.render().combined - fresh.render().combined).max(axis=-1)
+    assert np.percentile(difference, 98) < 1e-5
+
+
+def test_moved_objects_are_seen_moved(gpu_context: None, room: Any) -> None:
+    geometry, _, _ = room
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+    before = session.render().combined
+    vertices = geometry.vertices.copy()
+    vertices[8:] += [0.0, 0.0, 0.3]
+    session.set_geometry(replace(geometry, vertices=vertices))
+    assert np.abs(session.render().combined - before).max() > 0.01
+
+
+def test_without_a_view_there_is_no_picture(gpu_context: None, room: Any) -> None:
+    from addon.relight.session import RelightSession
+
+    session = RelightSession(room[0], cast("Any", room[1]))
+    with pytest.raises(RuntimeError, match="view"):
+        session.render()
+
+
+def test_an_empty_cache_is_refused(gpu_context: None, room: Any) -> None:
+    from addon.relight.session import RelightSession
+
+    with pytest.raises(InputError, match=r"memory\.relume has no finished camera"):
+        RelightSession(room[0], cast("Any", MemoryStore(room[1].plan, [])))
+
+
+def test_a_cancelled_render_goes_on_where_it_was(gpu_context: None, room: Any) -> None:
+    session = open_session(room, samples=4)
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+
+    def stop(fraction: float, _message: str) -> None:
+        if fraction >= 0.5:
+            raise Cancelled
+
+    with pytest.raises(Cancelled):
+        session.render(stop)
+    assert session.samples_done == 2
+    fresh = open_session(room, samples=4)
+    fresh.set_lights([point_light("A", (1, 1, 1.5))])
+    assert np.array_equal(session.render().combined, fresh.render().combined)
+
+
+@pytest.mark.parametrize("energy", [1e-9, 1e9])
+def test_extreme_energies_stay_in_proportion(gpu_context: None, room: Any, energy: float) -> None:
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5), 1.0)])
+    unit = session.render().layers["A"].astype(np.float64)
+    session.set_lights([point_light("A", (1, 1, 1.5), energy)])
+    layer = session.render().layers["A"].astype(np.float64)
+    assert np.isfinite(layer).all()
+    lit = unit > 0.0
+    # Products of a few float32 factors.
+    assert np.abs(layer[lit] / (energy * unit[lit]) - 1.0).max() < 1e-5

@@ -7,12 +7,13 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from addon.progress import Progress
+from addon.scene.view import View
 
 from .comparison import compare_pictures
 from .contact_sheet import Cell, Row
@@ -20,6 +21,9 @@ from .display import correspondence_colors, write_display_png
 from .output import part_of
 from .picture_file import read_picture, write_exr, write_png
 from .reference import Reference, render_reference
+
+if TYPE_CHECKING:
+    from addon.relight.session import RelightSession
 
 # The reference's noise must be this much lower than the error that it measures.
 NOISE_MARGIN_DB = 6.0
@@ -132,6 +136,34 @@ class EvaluatedView:
 
 def _db(value: float | None) -> str:
     return "no error" if value is None or not np.isfinite(value) else f"{value:.1f} dB"
+
+
+def relight_view(
+    session: RelightSession,
+    view: View,
+    name: str,
+    frame: int,
+    folder: Path,
+    progress: Progress,
+) -> EvaluatedView:
+    """Relight one view with the session's present lights."""
+    started = time.monotonic()
+    session.set_view(view)
+    picture = session.render(progress)
+    report = {
+        "view": name,
+        "camera": view.name,
+        "frame": frame,
+        "width": view.width,
+        "height": view.height,
+        "samples": picture.samples,
+        "hole_fraction": picture.coverage.hole_fraction,
+        "open_fraction": picture.coverage.open_fraction,
+        "seconds_relight": round(time.monotonic() - started, 3),
+    }
+    return EvaluatedView(
+        name, view.name, frame, folder, picture.combined, picture.correspondence, report
+    )
 
 
 def measure_all(

@@ -71,22 +71,34 @@ def read_scene(
     return with_render_depsgraph(scene, read)
 
 
+def camera_names(scene: Any) -> list[str | None]:
+    """The names of all cameras of a scene; without any, None, which `read_scene` refuses."""
+    return sorted(obj.name for obj in scene.objects if obj.type == "CAMERA") or [None]
+
+
 def require_light(scene: Any, arrays: SceneArrays) -> None:
     """Raises InputError when nothing in the scene gives light."""
     if not arrays.lights and arrays.world is None:
         raise InputError(f"Scene '{scene.name}' has no light; add one to relight it.")
 
 
-def open_session(arrays: SceneArrays, cache: Path) -> RelightSession:
+def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSession:
     """A session on a scene's cache, with the scene's lights and world.
+
+    Args:
+        arrays: the scene.
+        cache: the cache's folder.
+        samples: of a finished picture's pixel.
 
     Raises:
         InputError: there is no such cache, it is damaged, or it was baked from another scene.
     """
+    import gpu
     from addon.caching.store import CacheStore
     from addon.relight.session import RelightSession
 
-    session = RelightSession(arrays.geometry, CacheStore.open(cache))
+    gpu.init()
+    session = RelightSession(arrays.geometry, CacheStore.open(cache), samples)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     return session

@@ -58,10 +58,10 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         arrays = read_scene(scene, [args.camera], args.size)
     require_light(scene, arrays)
     progress(0.15, f"loading {args.cache}")
-    session = open_session(arrays, args.cache)
+    session = open_session(arrays, args.cache, args.samples)
     session.set_view(arrays.views[0])
     started = time.monotonic()
-    picture = session.render(args.samples, part_of(progress, 0.4, 0.95))
+    picture = session.render(part_of(progress, 0.4, 0.95))
     seconds = time.monotonic() - started
     progress(0.95, f"writing {args.out}")
     if suffix == ".png":
@@ -82,7 +82,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "height": arrays.views[0].height,
         "samples": args.samples,
         "lights": [light.name for light in arrays.lights],
-        "hole_fraction": float(picture.hole_fraction),
+        "hole_fraction": picture.coverage.hole_fraction,
+        "open_fraction": picture.coverage.open_fraction,
         "seconds_relight": round(seconds, 3),
         "warnings": list(arrays.warnings),
     }

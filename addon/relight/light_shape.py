@@ -35,13 +35,15 @@ def cell(light: Light, count: int) -> float:
     A lobe narrower than the gaps between a light's points would show the points one by one.
     Each point stands for an even share of the light's disk; seen from distance t its radius
     spans an angle a, by which half vectors turn by a / 2. Slopes of independent lobes add in
-    their squares: alpha^2 + (a / 2)^2. With more samples it vanishes.
+    their squares: alpha^2 + (a / 2)^2. The points are not evenly spread, so twice that is
+    taken: against Cycles it gave the least error of 1, 2, 4, 8 for a square light in surfaces of
+    roughness 0.1 and 0.2. With more samples it vanishes.
 
     Returns:
-        (a / 2)^2 for a sun, (a t / 2)^2 in square metres for others.
+        2 (a / 2)^2 for a sun, 2 (a t / 2)^2 in square metres for others.
     """
     if light.type == "SUN":
-        return light.solid_angle / np.pi / (4.0 * count)
+        return light.solid_angle / np.pi / (2.0 * count)
     if light.type == "AREA":
-        return light.area / np.pi / (4.0 * count)
-    return light.shadow_soft_size**2 / (4.0 * count)
+        return light.area / np.pi / (2.0 * count)
+    return light.shadow_soft_size**2 / (2.0 * count)

@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that the choice of cameras is based on, in the local frame."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..scene.geometry import SceneGeometry
+from ..scene.view import View
+from .area_samples import sample_area
+from .box import box_about, inside_box
+from .rays import RayCaster
+from .samples import Samples, joined_samples, tangent_basis
+from .settings import PlacementSettings
+from .surface_distance import SurfaceDistance
+from .view_samples import pixel_gradient, sample_view, side_seen
+
+# Points that stand for the surface when the nearest one is asked for.
+SURFACE_POINTS = 65536
+# With many views each still gets this many rays, or a short pan would be sampled too coarsely.
+LEAST_RAYS = 64
+# Without a view, surface is to be seen as in a picture of this many pixels across the box.
+PICTURE = 1024.0
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The scene as the placement sees it.
+
+    Attributes:
+        geometry, views: in the local frame.
+        rays: queries against the geometry.
+        surface: distances to the geometry.
+        box: (2, 3) box of interest.
+        samples: view samples, then area samples.
+        known_side: (S,) bool, whether a sample's side is one that is looked at; the others have
+            their triangle's winding.
+        lift: (S,) how far above the surface rays leave each sample.
+    """
+
+    geometry: SceneGeometry
+    views: tuple[View, ...]
+    rays: RayCaster
+    surface: SurfaceDistance
+    box: NDArray[np.float64]
+    samples: Samples
+    known_side: NDArray[np.bool_]
+    lift: NDArray[np.float64]
+
+    @property
+    def seeds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Points (N, 3) and normals (N, 3) above which spheres may start.
+
+        Where a view sees a surface, on that side; if no view sees anything, on both sides,
+        since which one is outside is not known.
+        """
+        samples = self.samples
+        if self.known_side.any():
+            return samples.point[self.known_side], samples.normal[self.known_side]
+        return (
+            np.concatenate([samples.point, samples.point]),
+            np.concatenate([samples.normal, -samples.normal]),
+        )
+
+    def oriented_by(self, centres: NDArray[np.float64]) -> Stage:
+        """Turn samples of unknown side to the first of `centres` (N, 3) that sees them.
+
+        Centres of empty spheres stand for the space that can be looked at from; larger spheres
+        come first, so a room decides before the inside of its furniture does.
+        """
+        normal = self.samples.normal.copy()
+        unknown = np.flatnonzero(~self.known_side)
+        for centre in centres:
+            point = self.samples.point[unknown]
+            towards = np.einsum("sx,sx->s", centre - point, normal[unknown])
+            side = np.where(towards < 0.0, -1.0, 1.0)
+            start = point + (side * self.lift[unknown])[:, None] * normal[unknown]
+            seen = ~self.rays.occluded(start, centre)
+            normal[unknown[seen]] *= side[seen, None]
+            unknown = unknown[~seen]
+        known = self.known_side.copy()
+        known[:] = True
+        known[unknown] = False
+        return replace(self, samples=replace(self.samples, normal=normal), known_side=known)
+
+
+def prepare(
+    geometry: SceneGeometry,
+    views: tuple[View, ...],
+    bounds: NDArray[np.float64] | None,
+    settings: PlacementSettings,
+    rng: np.random.Generator,
+) -> Stage:
+    """Sample the surfaces and build what answers questions about them.
+
+    Raises:
+        InputError: if the box of interest holds no surface.
+    """
+    rays = RayCaster(geometry)
+    count = max(LEAST_RAYS, settings.view_samples // max(1, len(views)))
+    seen = tuple(sample_view(view, geometry, rays, count, rng) for view in views)
+    box = box_about(views, tuple(s.point for s in seen), geometry.bounds)
+    if bounds is not None:
+        box = bounds
+        seen = tuple(s[inside_box(s.point, box)] for s in seen)
+    importance = np.where(geometry.camera_visible, geometry.weight, 0.0).astype(np.float64)
+    point, triangle = sample_area(geometry, importance, box, settings.area_samples, rng)
+    if not len(point) and not any(len(s) for s in seen):
+        raise InputError(
+            "The box of interest holds no surface that cameras see: move or enlarge it."
+        )
+    spread, known = _area_samples(
+        geometry, views, seen, rays, box=box, point=point, triangle=triangle
+    )
+    samples, known = _weighted(seen, spread, known, settings.view_share)
+    cover, cover_triangle = sample_area(
+        geometry, geometry.camera_visible.astype(np.float64), box, SURFACE_POINTS, rng
+    )
+    surface = SurfaceDistance(
+        geometry,
+        rays,
+        np.concatenate([samples.point, cover]),
+        np.concatenate([samples.triangle, cover_triangle]),
+    )
+    lift = rays.lift(samples.point, samples.triangle)
+    return Stage(geometry, views, rays, surface, box, samples, known, lift)
+
+
+def _area_samples(
+    geometry: SceneGeometry,
+    views: tuple[View, ...],
+    seen: tuple[Samples, ...],
+    rays: RayCaster,
+    *,
+    box: NDArray[np.float64],
+    point: NDArray[np.float64],
+    triangle: NDArray[np.int64],
+) -> tuple[Samples, NDArray[np.bool_]]:
+    """Samples at area points, and which of them a view sees.
+
+    A point that a view sees is turned to it and wants that view's density. The others want the
+    density that is usual for the views, facing them; without a view, that of a picture of the
+    whole box.
+    """
+    normal = geometry.normal[triangle]
+    footprints = [s.footprint for s in seen if len(s)]
+    usual = float(np.linalg.norm(box[1] - box[0])) / PICTURE
+    if footprints:
+        usual = float(np.median(np.concatenate(footprints)))
+    pixels = np.swapaxes(tangent_basis(normal), -1, -2) / usual
+    samples = Samples(
+        point=point,
+        normal=normal,
+        weight=np.ones(len(point)),
+        pixels=pixels,
+        triangle=triangle,
+        from_view=np.zeros(len(point), dtype=np.bool_),
+    )
+    known = np.zeros(len(point), dtype=np.bool_)
+    lift = rays.lift(point, triangle)
+    for view in views:
+        side = np.where(known, 0, side_seen(view, samples, rays, lift))
+        new = side != 0
+        turned = samples.normal.copy()
+        turned[side < 0] *= -1.0
+        wanted = samples.pixels.copy()
+        wanted[new] = pixel_gradient(view, point[new])
+        samples = replace(samples, normal=turned, pixels=wanted)
+        known |= new
+    return samples, known
+
+
+def _weighted(
+    seen: tuple[Samples, ...], spread: Samples, known: NDArray[np.bool_], view_share: float
+) -> tuple[Samples, NDArray[np.bool_]]:
+    """All samples with weights that add up to 1, and which of them have a known side."""
+    looked_at = sum(float(s.weight.sum()) for s in seen)
+    everywhere = float(spread.weight.sum())
+    view_share = view_share if looked_at > 0.0 else 0.0
+    view_share = view_share if everywhere > 0.0 else 1.0
+    parts = [
+        replace(s, weight=s.weight * (view_share / looked_at)) for s in seen if looked_at > 0.0
+    ]
+    if everywhere > 0.0:
+        parts.append(replace(spread, weight=spread.weight * ((1.0 - view_share) / everywhere)))
+    samples = joined_samples(parts)
+    views_know = np.ones(len(samples) - len(spread), dtype=np.bool_)
+    return samples, np.concatenate([views_know, known])

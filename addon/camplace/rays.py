@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Ray queries against the scene's surfaces, with embree."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from ..scene.geometry import SceneGeometry
+from .mask import opaque_at
+
+# A ray that starts on a surface starts this many spacings of float32 above it, at the largest
+# coordinate in play: a vertex, the ray's origin and embree's plane test are each off by about
+# one spacing, so 16 keeps clear of the surface with room to spare.
+LIFT_SPACINGS = 16.0
+# Cut-away layers that a ray may pass before it counts as stopped.
+MAX_LAYERS = 16
+# Rays given to one thread at a time: enough to forget the cost of handing them over.
+CHUNK = 16384
+
+
+@dataclass(frozen=True)
+class Hits:
+    """First surfaces met.
+
+    Attributes:
+        triangle: (R,) int64, index into the geometry's triangles; -1 where nothing is met.
+        distance: (R,) float64 along the unit direction; inf where nothing is met.
+    """
+
+    triangle: NDArray[np.int64]
+    distance: NDArray[np.float64]
+
+
+class RayCaster:
+    """What cameras see of a scene: triangles that are visible to them, cut-outs observed.
+
+    Give it geometry near the origin: embree works in float32.
+    """
+
+    def __init__(self, geometry: SceneGeometry) -> None:
+        masked = np.isin(
+            geometry.material_id, [cutout.material_id for cutout in geometry.cutouts]
+        ) & (geometry.uv is not None)
+        self._geometry = geometry
+        self._solid = _Mesh(geometry, geometry.camera_visible & ~masked)
+        self._masked = _Mesh(geometry, geometry.camera_visible & masked)
+        corner = np.abs(geometry.vertices).max(axis=1)[geometry.triangles]
+        self._reach = corner.max(axis=1)
+
+    def lift(self, points: NDArray[np.float64], triangle: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(S,) how far above its triangle a ray from each of `points` (S, 3) must start."""
+        reach = np.maximum(self._reach[triangle], np.abs(points).max(axis=-1))
+        return LIFT_SPACINGS * np.finfo(np.float32).eps * reach
+
+    def first_hit(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        limit: NDArray[np.float64] | None = None,
+    ) -> Hits:
+        """The first surface along each ray: (R, 3) origins, (R, 3) unit directions.
+
+        `limit` (R,) ends the rays early; surfaces beyond it do not count.
+        """
+        hits = self._solid.closest(origins, directions, limit)
+        if not len(self._masked):
+            return Hits(*hits[:2])
+        triangle, distance, *_ = hits
+        mask_triangle, mask_distance = self._first_unmasked(origins, directions, distance)
+        nearer = mask_distance < distance
+        return Hits(
+            np.where(nearer, mask_triangle, triangle), np.where(nearer, mask_distance, distance)
+        )
+
+    def occluded(
+        self, origins: NDArray[np.float64], targets: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """(R,) whether a surface lies between (R, 3) origins and (R, 3) or (3,) targets.
+
+        Both ends must be clear of the surfaces (see `lift`).
+        """
+        way = np.broadcast_to(targets, origins.shape) - origins
+        length = np.linalg.norm(way, axis=-1)
+        directions = way / np.where(length > 0.0, length, 1.0)[:, None]
+        blocked = self._solid.any_hit(origins, directions, length)
+        if len(self._masked):
+            rest = np.flatnonzero(~blocked)
+            _, distance = self._first_unmasked(origins[rest], directions[rest], length[rest])
+            blocked[rest] = distance < length[rest]
+        return blocked
+
+    def _first_unmasked(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        limit: NDArray[np.float64],
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """The first hit on a cut-out's opaque part: triangle (R,) and distance (R,)."""
+        triangle = np.full(len(origins), -1, dtype=np.int64)
+        distance = np.full(len(origins), np.inf)
+        travelled = np.zeros(len(origins))
+        active = np.arange(len(origins))
+        for layer in range(MAX_LAYERS):
+            start = origins[active] + travelled[active, None] * directions[active]
+            hit, step, barycentric = self._masked.closest(
+                start, directions[active], limit[active] - travelled[active]
+            )
+            met = hit >= 0
+            active, hit, step = active[met], hit[met], step[met]
+            if not active.size:
+                break
+            opaque = opaque_at(self._geometry, hit, barycentric[met]) | (layer == MAX_LAYERS - 1)
+            reached = travelled[active] + step
+            triangle[active[opaque]] = hit[opaque]
+            distance[active[opaque]] = reached[opaque]
+            travelled[active] = reached + self.lift(origins[active], hit)
+            active = active[~opaque]
+        return triangle, distance
+
+
+class _Mesh:
+    """Some of the geometry's triangles in an embree scene."""
+
+    def __init__(self, geometry: SceneGeometry, chosen: NDArray[np.bool_]) -> None:
+        self._index = np.flatnonzero(chosen)
+        self._scene: EmbreeScene | None = None
+        if not self._index.size:
+            return
+        self._scene = EmbreeScene(robust=True)
+        used, corners = np.unique(geometry.triangles[self._index], return_inverse=True)
+        TriangleMesh(
+            self._scene,
+            geometry.vertices[used].astype(np.float32),
+            corners.reshape(-1, 3).astype(np.int32),
+        )
+        # The first query builds the tree, which must not happen in two threads at once.
+        self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def any_hit(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        limit: NDArray[np.float64],
+    ) -> NDArray[np.bool_]:
+        blocked = np.zeros(len(origins), dtype=np.bool_)
+
+        def ask(chunk: slice) -> None:
+            assert self._scene is not None
+            answer = self._scene.run(
+                origins[chunk].astype(np.float32),
+                directions[chunk].astype(np.float32),
+                dists=limit[chunk].astype(np.float32),
+                query="OCCLUDED",
+            )
+            blocked[chunk] = answer >= 0
+
+        self._in_chunks(ask, len(origins))
+        return blocked
+
+    def closest(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        limit: NDArray[np.float64] | None,
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+        """Triangle (R,), distance (R,), and the hit's weights of corners 1 and 2 (R, 2)."""
+        count = len(origins)
+        triangle = np.full(count, -1, dtype=np.int64)
+        distance = np.full(count, np.inf)
+        barycentric = np.zeros((count, 2))
+        far = np.finfo(np.float32).max
+
+        def ask(chunk: slice) -> None:
+            assert self._scene is not None
+            end = np.full(chunk.stop - chunk.start, far, dtype=np.float32)
+            if limit is not None:
+                end = np.minimum(limit[chunk], far).astype(np.float32)
+            answer = self._scene.run(
+                origins[chunk].astype(np.float32),
+                directions[chunk].astype(np.float32),
+                dists=end,
+                query="INTERSECT",
+                output=1,
+            )
+            met = answer["primID"] >= 0
+            triangle[chunk] = np.where(met, self._index[answer["primID"]], -1)
+            distance[chunk] = np.where(met, answer["tfar"], np.inf)
+            barycentric[chunk] = np.stack([answer["u"], answer["v"]], axis=-1)
+
+        self._in_chunks(ask, count)
+        return triangle, distance, barycentric
+
+    def _in_chunks(self, ask: Callable[[slice], None], count: int) -> None:
+        """Run `ask` over slices of the rays, several at once: embree frees Python's lock."""
+        if self._scene is None:
+            return
+        chunks = [slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
+        with ThreadPoolExecutor(max_workers=max(1, min(8, os.cpu_count() or 1))) as pool:
+            list(pool.map(ask, chunks))

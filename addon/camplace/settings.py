@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the user may choose about the placement."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+
+# The paper's resolutions (III.1.C), texels along a side.
+RESOLUTIONS = (256, 512, 1024, 2048)
+
+
+@dataclass(frozen=True)
+class PlacementSettings:
+    """The knobs of `place_cameras`.
+
+    Attributes:
+        seed: of every random choice; the same seed gives the same cameras.
+        primaries: most primary cameras; each is a cube of six faces.
+        secondaries: most secondary (perspective) cameras.
+        view_samples: sample points shot through the views' pixels, over all views.
+        area_samples: sample points spread by weight and area (equation 2).
+        view_share: share of the whole weight that the view samples carry, in [0, 1].
+        grid_cells: cells of the voting grid along the box's longest side (paper's n).
+        rays: rays that a sample point sends into its hemisphere to vote (paper's n rays).
+        candidates: strongest cells whose real gain is tested before a camera is chosen.
+        sphere_searches: stop after so many searches in a row that found no new maximal sphere
+            (paper's k).
+        least_gain: stop adding cameras when the best one would raise the score by less; the
+            score runs from 0 to 1.
+        max_resolution: highest resolution tier, one of RESOLUTIONS.
+        bounds: (2, 3) float64, lowest and highest corner of the box of interest, metres, world
+            space; None takes it from the views.
+        offer_views: also try the views' own viewpoints as places for secondary cameras. A shot
+            whose camera hardly moves is then cached best; the paper has no such candidates.
+    """
+
+    seed: int = 0
+    primaries: int = 1
+    secondaries: int = 8
+    view_samples: int = 8192
+    area_samples: int = 4096
+    view_share: float = 0.8
+    grid_cells: int = 128
+    rays: int = 12
+    candidates: int = 32
+    sphere_searches: int = 50
+    least_gain: float = 5e-4
+    max_resolution: int = 2048
+    bounds: NDArray[np.float64] | None = None
+    offer_views: bool = False
+
+    def check(self) -> None:
+        """Raises InputError for the first value that cannot be used."""
+        for name in ("view_samples", "area_samples", "rays", "candidates", "sphere_searches"):
+            if getattr(self, name) < 1:
+                raise InputError(f"The placement setting {name} must be at least 1.")
+        for name in ("seed", "primaries", "secondaries"):
+            if getattr(self, name) < 0:
+                raise InputError(f"The placement setting {name} must not be negative.")
+        if self.primaries + self.secondaries < 1:
+            raise InputError("Ask for at least one primary or secondary camera.")
+        if not 2 <= self.grid_cells <= 512:
+            raise InputError("The voting grid must have between 2 and 512 cells along a side.")
+        if not 0.0 <= self.view_share <= 1.0:
+            raise InputError("The placement setting view_share must be between 0 and 1.")
+        if self.max_resolution not in RESOLUTIONS:
+            raise InputError(f"The highest resolution must be one of {RESOLUTIONS}.")
+        self._check_bounds()
+
+    def _check_bounds(self) -> None:
+        if self.bounds is None:
+            return
+        bounds = np.asarray(self.bounds, dtype=np.float64)
+        if bounds.shape != (2, 3) or not np.isfinite(bounds).all():
+            raise InputError("The box of interest must be two corners of three finite numbers.")
+        if not (bounds[1] > bounds[0]).all():
+            raise InputError("The box of interest is empty: give its lowest corner first.")

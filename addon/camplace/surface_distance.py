@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How far points are from the nearest surface, and where the surfaces about them are."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from ..scene.geometry import SceneGeometry
+from .rays import RayCaster
+
+# Nearest surface points looked at for each place: a few, since the nearest point need not lie
+# on the nearest triangle.
+NEAREST = 6
+
+
+class SurfaceDistance:
+    """Answers with points on triangles, exact for every triangle that it looks at.
+
+    It looks at the triangles of the nearest surface points (small things close by), and at
+    those that a star of rays meets
+    (large things all around). A triangle smaller than the
+    points' spacing and missed by the star can be overlooked, and then only until the place is
+    about one spacing away.
+    """
+
+    def __init__(
+        self,
+        geometry: SceneGeometry,
+        rays: RayCaster,
+        points: NDArray[np.float64],
+        triangle: NDArray[np.int64],
+    ) -> None:
+        """`points` (N, 3) lie on `triangle` (N,) and stand for the surface."""
+        self._geometry = geometry
+        self._rays = rays
+        self._tree = cKDTree(points)
+        self._triangle = triangle
+
+    def contacts(
+        self, places: NDArray[np.float64], star: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Nearest points on the triangles about each place.
+
+        Args:
+            places: (N, 3).
+            star: (D, 3) unit directions to look in.
+
+        Returns:
+            (N, NEAREST + D, 3) surface points; inf where a ray meets nothing.
+        """
+        count = min(NEAREST, len(self._triangle))
+        _, nearest = self._tree.query(places, k=count)
+        near_triangle = self._triangle[nearest.reshape(len(places), count)]
+        hits = self._rays.first_hit(
+            np.repeat(places, len(star), axis=0), np.tile(star, (len(places), 1))
+        )
+        triangle = np.concatenate(
+            [near_triangle, hits.triangle.reshape(len(places), len(star))], axis=1
+        )
+        corners = self._geometry.vertices[self._geometry.triangles[triangle]]
+        points = closest_on_triangle(places[:, None, :], corners)
+        return np.where(triangle[..., None] >= 0, points, np.inf)
+
+    def distance(
+        self, places: NDArray[np.float64], star: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """(N,) distances from (N, 3) places to the nearest surface found."""
+        gap = self.contacts(places, star) - places[:, None, :]
+        return np.asarray(np.sqrt((gap * gap).sum(axis=-1)).min(axis=-1))
+
+    def blocked(
+        self, places: NDArray[np.float64], others: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """(N,) whether a surface lies between two places (N, 3) and (N, 3)."""
+        return self._rays.occluded(places, others)
+
+
+def closest_on_triangle(
+    place: NDArray[np.float64], corners: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Nearest points (..., 3) to (..., 3) places on triangles (..., 3, 3).
+
+    The foot of the perpendicular where it falls inside, else the nearest of the three edges'
+    nearest points.
+    """
+    a, b, c = corners[..., 0, :], corners[..., 1, :], corners[..., 2, :]
+    place = np.broadcast_to(place, a.shape)
+    normal = np.cross(b - a, c - a)
+    squared = np.maximum(_dot(normal, normal), np.finfo(np.float64).tiny)
+    foot = place - (_dot(place - a, normal) / squared)[..., None] * normal
+    inside = np.ones(foot.shape[:-1], dtype=np.bool_)
+    best = foot
+    least = np.full(foot.shape[:-1], np.inf)
+    for start, stop in ((a, b), (b, c), (c, a)):
+        edge = stop - start
+        inside &= _dot(np.cross(edge, foot - start), normal) >= 0.0
+        length = np.maximum(_dot(edge, edge), np.finfo(np.float64).tiny)
+        along = np.clip(_dot(place - start, edge) / length, 0.0, 1.0)
+        point = start + along[..., None] * edge
+        gap = _dot(place - point, place - point)
+        best = np.where((gap < least)[..., None], point, best)
+        least = np.minimum(least, gap)
+    return np.where(inside[..., None], foot, best)
+
+
+def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.einsum("...x,...x->...", a, b))
+
+
+def sphere_directions(count: int) -> NDArray[np.float64]:
+    """(count, 3) unit directions spread evenly (a Fibonacci spiral)."""
+    index = np.arange(count) + 0.5
+    z = 1.0 - 2.0 * index / count
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * index
+    across = np.sqrt(1.0 - z * z)
+    return np.stack([across * np.cos(turn), across * np.sin(turn), z], axis=-1)

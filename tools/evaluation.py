@@ -29,25 +29,29 @@ if TYPE_CHECKING:
 NOISE_MARGIN_DB = 6.0
 
 
+@dataclass(frozen=True)
+class Shot:
+    """A view to evaluate: its name in the report, its frame, and the folder for its pictures."""
+
+    name: str
+    frame: int
+    view: View
+    folder: Path
+
+
 @dataclass
 class EvaluatedView:
     """One view on its way through the evaluation.
 
     Attributes:
-        name: of its folder and in the report.
-        camera: the camera object's name.
-        frame: the scene's frame.
-        folder: where its pictures go.
+        shot: which view.
         combined: (H, W, 4) float32, the relit picture, scene-linear, row 0 at the bottom.
         correspondence: (H, W, 4) float32.
         report: its part of the report.
         reference: Cycles' picture, once it is rendered.
     """
 
-    name: str
-    camera: str
-    frame: int
-    folder: Path
+    shot: Shot
     combined: NDArray[np.float32]
     correspondence: NDArray[np.float32]
     report: dict[str, Any] = field(default_factory=dict)
@@ -55,9 +59,11 @@ class EvaluatedView:
 
     def write_relit(self, scene: Any) -> None:
         """Write relit.exr, relit.png and correspondence.png."""
-        write_exr(self.folder / "relit.exr", self.combined)
-        write_display_png(scene, self.combined, self.folder / "relit.png")
-        write_png(self.folder / "correspondence.png", correspondence_colors(self.correspondence))
+        write_exr(self.shot.folder / "relit.exr", self.combined)
+        write_display_png(scene, self.combined, self.shot.folder / "relit.png")
+        write_png(
+            self.shot.folder / "correspondence.png", correspondence_colors(self.correspondence)
+        )
 
     def measure(
         self,
@@ -78,16 +84,16 @@ class EvaluatedView:
             changed: the names of the lights that are different from `known`.
         """
         started = time.monotonic()
-        scene.frame_set(self.frame)
-        camera = scene.objects[self.camera]
+        scene.frame_set(self.shot.frame)
+        camera = scene.objects[self.shot.view.name]
         self.reference = render_reference(
             scene, camera, samples, progress, known=known, changed=changed
         )
-        self.reference.write(self.folder / "reference.exr")
-        write_display_png(scene, self.reference.rgba, self.folder / "reference.png")
-        relit = read_picture(self.folder / "relit.exr")
-        result = compare_pictures(read_picture(self.folder / "reference.exr"), relit)
-        result.write(self.folder)
+        self.reference.write(self.shot.folder / "reference.exr")
+        write_display_png(scene, self.reference.rgba, self.shot.folder / "reference.png")
+        relit = read_picture(self.shot.folder / "relit.exr")
+        result = compare_pictures(read_picture(self.shot.folder / "reference.exr"), relit)
+        result.write(self.shot.folder)
         self.report |= {
             "whole": result.report["whole"],
             "away_from_edges": result.report["away_from_edges"],
@@ -120,17 +126,19 @@ class EvaluatedView:
     def row(self, heading: str) -> Row:
         """The view's row of the contact sheet."""
         seconds = f"{self.report['seconds_relight']:.1f} s"
-        cells = [Cell(self.folder / "relit.png", "Relume", seconds)]
+        cells = [Cell(self.shot.folder / "relit.png", "Relume", seconds)]
         if self.reference is not None:
             away, whole = self.report["away_from_edges"], self.report["whole"]
             floor = _db(self.report["reference"]["noise_floor"]["whole"]["psnr_luma"])
             error = f"{_db(whole['psnr_luma'])}, away from edges {_db(away['psnr_luma'])}"
             cells += [
-                Cell(self.folder / "reference.png", "Cycles, direct light", f"noise at {floor}"),
-                Cell(self.folder / "difference.png", "Difference, 8 times", error),
+                Cell(
+                    self.shot.folder / "reference.png", "Cycles, direct light", f"noise at {floor}"
+                ),
+                Cell(self.shot.folder / "difference.png", "Difference, 8 times", error),
             ]
         holes = f"{100.0 * self.report['hole_fraction']:.2f} % holes"
-        cells.append(Cell(self.folder / "correspondence.png", "Correspondence map", holes))
+        cells.append(Cell(self.shot.folder / "correspondence.png", "Correspondence map", holes))
         return Row(heading, cells)
 
 
@@ -138,22 +146,16 @@ def _db(value: float | None) -> str:
     return "no error" if value is None or not np.isfinite(value) else f"{value:.1f} dB"
 
 
-def relight_view(
-    session: RelightSession,
-    view: View,
-    name: str,
-    frame: int,
-    folder: Path,
-    progress: Progress,
-) -> EvaluatedView:
+def relight_view(session: RelightSession, shot: Shot, progress: Progress) -> EvaluatedView:
     """Relight one view with the session's present lights."""
+    view = shot.view
     started = time.monotonic()
     session.set_view(view)
     picture = session.render(progress)
     report = {
-        "view": name,
+        "view": shot.name,
         "camera": view.name,
-        "frame": frame,
+        "frame": shot.frame,
         "width": view.width,
         "height": view.height,
         "samples": picture.samples,
@@ -161,9 +163,7 @@ def relight_view(
         "open_fraction": picture.coverage.open_fraction,
         "seconds_relight": round(time.monotonic() - started, 3),
     }
-    return EvaluatedView(
-        name, view.name, frame, folder, picture.combined, picture.correspondence, report
-    )
+    return EvaluatedView(shot, picture.combined, picture.correspondence, report)
 
 
 def measure_all(

@@ -26,47 +26,64 @@ class SceneArrays:
         geometry: its surfaces.
         lights: what is lit.
         world: None when it is black.
-        views: one for each camera asked for.
         warnings: one sentence for each thing left out or approximated.
     """
 
     geometry: SceneGeometry
     lights: tuple[Light, ...]
     world: World | None
-    views: tuple[View, ...]
     warnings: tuple[str, ...]
 
 
-def read_scene(
-    scene: Any, cameras: Sequence[str | None], size: tuple[int, int] | None = None
-) -> SceneArrays:
-    """Read the open scene at its current frame.
-
-    Args:
-        scene: a `bpy.types.Scene`.
-        cameras: names of camera objects; None for the scene's active one.
-        size: width and height of the views; None for the scene's.
+def read_scene(scene: Any) -> SceneArrays:
+    """Read the open scene, a `bpy.types.Scene`, at its current frame.
 
     Raises:
-        InputError: there is no mesh, or no such camera.
+        InputError: there is no mesh.
     """
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
     from addon.scene.light_reader import read_lights
-    from addon.scene.view_reader import find_camera, read_view
     from addon.scene.world_reader import read_world
+
+    def read(depsgraph: Any) -> SceneArrays:
+        geometry, world = read_geometry(depsgraph), read_world(depsgraph)
+        lights = tuple(read_lights(depsgraph))
+        warnings = [*geometry.warnings, *(w for light in lights for w in light.warnings)]
+        warnings += [] if world is None else world.warnings
+        return SceneArrays(geometry, lights, world, tuple(warnings))
+
+    return with_render_depsgraph(scene, read)
+
+
+def read_lights_again(scene: Any) -> tuple[Light, ...]:
+    """The lights alone, after an edit."""
+    from addon.scene.depsgraph_reader import with_render_depsgraph
+    from addon.scene.light_reader import read_lights
+
+    return with_render_depsgraph(scene, lambda depsgraph: tuple(read_lights(depsgraph)))
+
+
+def read_views(
+    scene: Any, cameras: Sequence[str | None], size: tuple[int, int] | None = None
+) -> tuple[View, ...]:
+    """The views of cameras at the scene's current frame.
+
+    Args:
+        scene: a `bpy.types.Scene`.
+        cameras: names of camera objects; None for the scene's active one.
+        size: width and height in pixels; None for the scene's render size.
+
+    Raises:
+        InputError: there is no such camera, or Relume cannot show its kind.
+    """
+    from addon.scene.depsgraph_reader import with_render_depsgraph
+    from addon.scene.view_reader import find_camera, read_view
 
     objects = [find_camera(scene, name) for name in cameras]
 
-    def read(depsgraph: Any) -> SceneArrays:
-        geometry, rig, world = (
-            read_geometry(depsgraph),
-            read_lights(depsgraph),
-            read_world(depsgraph),
-        )
-        views = tuple(read_view(depsgraph, camera, *(size or ())) for camera in objects)
-        warnings = geometry.warnings + rig.warnings + (() if world is None else world.warnings)
-        return SceneArrays(geometry, rig.lights, world, views, warnings)
+    def read(depsgraph: Any) -> tuple[View, ...]:
+        return tuple(read_view(depsgraph, camera, *(size or ())) for camera in objects)
 
     return with_render_depsgraph(scene, read)
 
@@ -94,6 +111,7 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
         InputError: there is no such cache, it is damaged, or it was baked from another scene.
     """
     import gpu
+
     from addon.caching.store import CacheStore
     from addon.relight.session import RelightSession
 

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from addon.progress import Progress
 
-from . import compare
+from . import compare, place, relight
 
 
 class Verb(Protocol):
@@ -32,4 +32,4 @@ class Verb(Protocol):
         """The same values as lines for a person."""
 
 
-VERBS: tuple[Verb, ...] = (compare,)
+VERBS: tuple[Verb, ...] = (place, relight, compare)

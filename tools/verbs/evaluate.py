@@ -48,7 +48,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from .. import evaluation, reference
     from ..baking import ensure_cache
     from ..contact_sheet import write_sheet
-    from ..relit import camera_names, open_session, read_scene, require_light
+    from ..relit import camera_names, open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
 
     edits = load_edits(args.lights) if args.lights is not None else {}
@@ -59,20 +59,17 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     names = args.cameras or camera_names(scene)
     cache = args.cache or args.out / "cache"
     with applied_edits(scene, edits):
-        arrays = read_scene(scene, names, args.size)
+        arrays = read_scene(scene)
+        shown = read_views(scene, names, args.size)
     require_light(scene, arrays)
     ensure_cache(scene, arrays, cache, args.preset, part_of(progress, 0.02, 0.4))
     with applied_edits(scene, edits):
         session = open_session(arrays, cache, args.samples)
         views = []
-        for number, view in enumerate(arrays.views):
-            step = part_of(
-                progress, 0.4 + 0.1 * number / len(names), 0.4 + 0.1 * (number + 1) / len(names)
-            )
-            folder = args.out / view.name
-            views.append(
-                evaluation.relight_view(session, view, view.name, scene.frame_current, folder, step)
-            )
+        for number, view in enumerate(shown):
+            ends = [0.4 + 0.1 * (number + i) / len(shown) for i in (0, 1)]
+            shot = evaluation.Shot(view.name, scene.frame_current, view, args.out / view.name)
+            views.append(evaluation.relight_view(session, shot, part_of(progress, *ends)))
             views[-1].write_relit(scene)
         reference.prepare(scene)
         if args.size is not None:
@@ -81,7 +78,9 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         evaluation.measure_all(scene, views, args.reference_samples, part_of(progress, 0.5, 0.98))
     sheet = args.out / "contact_sheet.png"
     subtitle = f"{args.scene.name}, {len(arrays.geometry):,} triangles"
-    write_sheet(sheet, "Relume against Cycles", subtitle, [view.row(view.name) for view in views])
+    write_sheet(
+        sheet, "Relume against Cycles", subtitle, [view.row(view.shot.name) for view in views]
+    )
     report = {
         "scene": str(args.scene),
         "cache": str(cache),

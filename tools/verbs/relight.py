@@ -45,7 +45,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 
     from ..display import write_display_png
     from ..picture_file import write_exr
-    from ..relit import open_session, read_scene, require_light
+    from ..relit import open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
 
     edits = load_edits(args.lights) if args.lights is not None else {}
@@ -55,11 +55,12 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         scene.frame_set(args.frame)
     progress(0.05, "reading the scene")
     with applied_edits(scene, edits):
-        arrays = read_scene(scene, [args.camera], args.size)
+        arrays = read_scene(scene)
+        view = read_views(scene, [args.camera], args.size)[0]
     require_light(scene, arrays)
     progress(0.15, f"loading {args.cache}")
     session = open_session(arrays, args.cache, args.samples)
-    session.set_view(arrays.views[0])
+    session.set_view(view)
     started = time.monotonic()
     picture = session.render(part_of(progress, 0.4, 0.95))
     seconds = time.monotonic() - started
@@ -76,10 +77,10 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     progress(1.0, f"wrote {args.out}")
     return {
         "image": str(args.out),
-        "camera": arrays.views[0].name,
+        "camera": view.name,
         "frame": int(scene.frame_current),
-        "width": arrays.views[0].width,
-        "height": arrays.views[0].height,
+        "width": view.width,
+        "height": view.height,
         "samples": args.samples,
         "lights": [light.name for light in arrays.lights],
         "hole_fraction": picture.coverage.hole_fraction,

@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`make demo`: the whole way, from a scene made by script to pictures measured against Cycles.
+
+Builds a furnished room, places caching cameras, bakes them, relights four frames of a camera
+move, moves and recolours two lights and relights again, renders the same with Cycles, and
+leaves everything in one folder. Ends with 1 when a figure misses its target.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from addon.errors import InputError
+from addon.progress import Progress
+
+from .output import part_of, progress_on, standard_output, to_json
+
+if TYPE_CHECKING:
+    from .evaluation import EvaluatedView
+
+# Samples of a relit pixel, and of a reference's for each light: the reference's noise is then
+# more than 6 dB below the error (the report says by how much).
+SAMPLES = 16
+REFERENCE_SAMPLES = 10
+# What every view must reach: luma, whole picture and away from edges; and its most holes.
+LEAST_PSNR_DB = 30.0
+LEAST_PSNR_AWAY_DB = 36.0
+MOST_HOLES = 0.01
+
+
+@dataclass
+class Stages:
+    """Seconds spent in each stage."""
+
+    seconds: dict[str, float] = field(default_factory=dict)
+    started: float = field(default_factory=time.monotonic)
+
+    def end(self, name: str) -> None:
+        """The stage of this name ends now; the next one begins."""
+        now = time.monotonic()
+        self.seconds[name] = round(now - self.started, 2)
+        self.started = now
+
+
+def run(out: Path, progress: Progress) -> dict[str, Any]:
+    """Make the demo in a folder; gives the report.
+
+    Raises:
+        InputError: the folder cannot be written.
+    """
+    from . import demo_scene, reference
+    from .baking import prepare_cache
+    from .relit import read_scene, read_views
+    from .scene_file import open_scene
+
+    stages = Stages()
+    progress(0.0, "building the scene")
+    demo_scene.build(out / "room.blend")
+    scene = open_scene(out / "room.blend")
+    arrays = read_scene(scene)
+    shots = []
+    for frame in demo_scene.SHOT_FRAMES:
+        scene.frame_set(frame)
+        shots.append((frame, read_views(scene, [None])[0]))
+    stages.end("build the scene")
+    cache = prepare_cache(
+        scene, arrays, [view for _, view in shots], out, part_of(progress, 0.03, 0.40)
+    )
+    stages.end("place and bake")
+    before, after = _relight(scene, arrays, out, shots, part_of(progress, 0.40, 0.50))
+    stages.end("relight")
+    reference.prepare(scene)
+    _measure(scene, before, after, part_of(progress, 0.50, 0.98))
+    stages.end("render and measure the references")
+    report = {
+        "scene": {"file": str(out / "room.blend"), "triangles": len(arrays.geometry)},
+        "cache": cache,
+        "edits": demo_scene.LIGHT_EDITS,
+        "warnings": list(arrays.warnings),
+        "views": [view.report for view in (*before, *after)],
+        "seconds": stages.seconds,
+    }
+    report["missed"] = missed_targets(report["views"])
+    _write_sheet(out, report, before, after)
+    (out / "report.json").write_text(to_json(report) + "\n", encoding="utf-8")
+    progress(1.0, "done")
+    return report
+
+
+def _relight(
+    scene: Any, arrays: Any, out: Path, shots: Sequence[tuple[int, Any]], progress: Progress
+) -> tuple[list[EvaluatedView], list[EvaluatedView]]:
+    """All shots with the scene's lights, and the first and third again with edited ones."""
+    from addon.relight.edits import applied_edits
+
+    from . import demo_scene
+    from .evaluation import Shot, relight_view
+    from .relit import open_session, read_lights_again
+
+    progress(0.0, "loading the cache")
+    session = open_session(arrays, out / "cache", SAMPLES)
+    with applied_edits(scene, demo_scene.LIGHT_EDITS):
+        edited_lights = read_lights_again(scene)
+    rounds = [("", arrays.lights, shots), (" edited", edited_lights, shots[::2])]
+    count = sum(len(chosen) for _, _, chosen in rounds)
+    results: list[list[EvaluatedView]] = []
+    done = 0
+    for suffix, lights, chosen in rounds:
+        session.set_lights(lights)
+        views = []
+        for frame, view in chosen:
+            name = f"frame {frame:03d}{suffix}"
+            step = part_of(progress, done / count, (done + 1) / count)
+            step(0.0, f"relighting {name}")
+            shot = Shot(name, frame, view, out / name.replace(" ", "_"))
+            views.append(relight_view(session, shot, step))
+            views[-1].write_relit(scene)
+            done += 1
+        results.append(views)
+    return results[0], results[1]
+
+
+def _measure(
+    scene: Any,
+    before: Sequence[EvaluatedView],
+    after: Sequence[EvaluatedView],
+    progress: Progress,
+) -> None:
+    """Render the references; those with edited lights start from those without."""
+    from addon.relight.edits import applied_edits
+
+    from .demo_scene import LIGHT_EDITS
+    from .evaluation import measure_all
+
+    share = len(before) / (len(before) + 0.4 * len(after))
+    measure_all(scene, before, REFERENCE_SAMPLES, part_of(progress, 0.0, share))
+    with applied_edits(scene, LIGHT_EDITS):
+        for number, view in enumerate(after):
+            known = next(v.reference for v in before if v.shot.frame == view.shot.frame)
+            ends = [share + (1.0 - share) * (number + i) / len(after) for i in (0, 1)]
+            view.measure(
+                scene,
+                REFERENCE_SAMPLES,
+                part_of(progress, *ends),
+                known=known,
+                changed=list(LIGHT_EDITS),
+            )
+
+
+def _write_sheet(
+    out: Path,
+    report: dict[str, Any],
+    before: Sequence[EvaluatedView],
+    after: Sequence[EvaluatedView],
+) -> None:
+    """The contact sheet: every view, and the cameras in the scene."""
+    from .contact_sheet import Cell, Row, write_sheet
+
+    cameras = report["cache"]["cameras"]
+    triangles = report["scene"]["triangles"]
+    rows = [view.row(f"Frame {view.shot.frame}") for view in before]
+    rows += [
+        view.row(f"Frame {view.shot.frame}, two lights moved and recoloured") for view in after
+    ]
+    cell = Cell(out / "cameras.png", "Caching cameras", f"{cameras} deep framebuffers")
+    rows.append(Row("Placement", [cell]))
+    subtitle = f"A demo room of {triangles:,} triangles, baked once from {cameras} caching cameras"
+    write_sheet(out / "contact_sheet.png", "Relume", subtitle, rows)
+
+
+def missed_targets(views: Sequence[dict[str, Any]]) -> list[str]:
+    """One line for every figure that misses its target."""
+    missed = []
+    for view in views:
+        figures = (
+            ("PSNR (luma)", view["whole"]["psnr_luma"], LEAST_PSNR_DB),
+            ("PSNR away from edges", view["away_from_edges"]["psnr_luma"], LEAST_PSNR_AWAY_DB),
+        )
+        missed += [
+            f"{view['view']}: {name} is {value:.2f} dB, less than {least:.0f}"
+            for name, value, least in figures
+            if value is not None and value < least
+        ]
+        if view["hole_fraction"] >= MOST_HOLES:
+            missed.append(f"{view['view']}: {100 * view['hole_fraction']:.2f} % holes")
+        if not view["reference"]["noise_is_low_enough"]:
+            missed.append(f"{view['view']}: the reference is too noisy for this error")
+    return missed
+
+
+def describe(out: Path, report: dict[str, Any]) -> str:
+    """What to tell at the end: the figures and where to look."""
+    from .evaluation import describe_views
+
+    lines = [describe_views(report["views"]), ""]
+    lines += [f"{name:36}{seconds:7.1f} s" for name, seconds in report["seconds"].items()]
+    lines += ["", f"Look at {out / 'contact_sheet.png'}, the figures are in {out / 'report.json'}"]
+    lines += [f"MISSED  {line}" for line in report["missed"]]
+    return "\n".join(lines)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Exit status 0, 1 when a target is missed, 2 when the folder cannot be used."""
+    parser = argparse.ArgumentParser(prog="demo", description=__doc__)
+    parser.add_argument("--out", type=Path, default=Path("out/demo"), metavar="DIR")
+    args = parser.parse_args(argv)
+    with standard_output() as printed:
+        try:
+            report = run(args.out, progress_on(sys.stderr))
+        except (InputError, OSError) as error:
+            print(f"demo: {error}", file=sys.stderr)
+            return 2
+        printed.write(describe(args.out, report) + "\n")
+    return 1 if report["missed"] else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`relume place SCENE.blend`: where the caching cameras go."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from addon.progress import Progress
+
+from ..output import part_of
+from . import arguments
+
+NAME = "place"
+HELP = "Place caching cameras for the views of SCENE.blend."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    arguments.add_scene(parser)
+    parser.add_argument("--out", type=Path, metavar="CAMERAS.json", help="write the cameras here")
+    parser.add_argument("--show", type=Path, metavar="PICTURE.png", help="draw them in the scene")
+    parser.add_argument(
+        "--weights", type=Path, metavar="WEIGHTS.json",
+        help="how much objects and materials matter, 0 to 1, by their names",
+    )  # fmt: skip
+    parser.add_argument(
+        "--box", type=arguments.box, metavar="X,Y,Z,X,Y,Z",
+        help="lowest and highest corner of what is of interest (default: from the views)",
+    )  # fmt: skip
+    arguments.add_placement(parser)
+
+
+def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
+    """Place, and write what was asked for."""
+    from addon.camplace.cameras_file import write_cameras
+    from addon.camplace.place import place_cameras
+
+    from ..placing import read_weights, shot_views, with_weights
+    from ..relit import read_scene
+    from ..scene_file import open_scene
+
+    weights = read_weights(args.weights) if args.weights is not None else {}
+    progress(0.0, f"opening {args.scene.name}")
+    scene = open_scene(args.scene)
+    progress(0.05, "reading the scene")
+    geometry = with_weights(read_scene(scene).geometry, weights)
+    views = shot_views(scene)
+    settings = arguments.placement_settings(args, bounds=args.box)
+    placement = place_cameras(geometry, views, settings, part_of(progress, 0.1, 0.9))
+    written = []
+    if args.out is not None:
+        write_cameras(args.out, placement.cameras)
+        written.append(str(args.out))
+    if args.show is not None:
+        from ..place_picture import draw_placement
+
+        progress(0.92, "drawing the cameras")
+        draw_placement(geometry, placement, args.show)
+        written.append(str(args.show))
+    progress(1.0, "placed")
+    return {
+        "cameras": [camera.to_json() for camera in placement.cameras],
+        "primaries": len({c.source for c in placement.cameras if c.kind == "CUBE_FACE"}),
+        "secondaries": sum(c.kind == "PERSPECTIVE" for c in placement.cameras),
+        "box": np.asarray(placement.box).tolist(),
+        "coverage": float(placement.coverage[-1]) if len(placement.coverage) else 0.0,
+        "sharpness": float(placement.sharpness[-1]) if len(placement.sharpness) else 0.0,
+        "written": written,
+        "warnings": [*geometry.warnings, *placement.warnings],
+    }
+
+
+def describe(report: dict[str, Any]) -> str:
+    """The result for a person."""
+    lines = [f"note: {warning}" for warning in report["warnings"]]
+    lines.append(
+        f"{len(report['cameras'])} caching cameras: {report['primaries']} primary (six faces each "
+        f"at most), {report['secondaries']} secondary; they cover "
+        f"{100.0 * report['coverage']:.1f} % of the samples"
+    )
+    lines += [f"wrote {path}" for path in report["written"]]
+    return "\n".join(lines)

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from addon.errors import InputError
 
+from .picture_file import make_folder
+
 # Turns of the colour circle between one caching camera and the next: the golden section keeps
 # any few of them apart.
 GOLDEN_TURN = 0.618033988749895
@@ -41,7 +43,7 @@ def write_display_png(scene: Any, rgba: NDArray[np.float32], path: Path) -> None
         for name in ("media_type", "file_format", "color_mode", "color_depth")
     }
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         image.pixels.foreach_set(np.ascontiguousarray(rgba, dtype=np.float32).ravel())
         settings.media_type = "IMAGE"
         settings.file_format = "PNG"

@@ -9,7 +9,7 @@ import os
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout
 from typing import Any, TextIO
 
 from addon.progress import Progress
@@ -29,7 +29,10 @@ def standard_output() -> Iterator[TextIO]:
     kept = os.dup(1)
     os.dup2(2, 1)
     try:
-        with os.fdopen(kept, "w", encoding="utf-8", closefd=False) as real:
+        with (
+            os.fdopen(kept, "w", encoding="utf-8", closefd=False) as real,
+            redirect_stdout(sys.stderr),
+        ):
             yield real
     finally:
         sys.stdout.flush()

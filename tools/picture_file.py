@@ -151,10 +151,15 @@ def write_png(path: Path, encoded: NDArray[np.floating]) -> None:
         raise InputError(f"{path} cannot be written ({error}); choose another place.") from None
 
 
+def make_folder(folder: Path) -> None:
+    """Make a folder that files are to be written to. Raises InputError when it cannot be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{folder} cannot be made ({error.strerror}); choose another.") from None
+
+
 def _part_of(path: Path) -> Path:
     """A name beside the file, of this process alone, for what is being written."""
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{path.parent} cannot be made ({error}); choose another.") from None
+    make_folder(path.parent)
     return path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")

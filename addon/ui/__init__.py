@@ -1,0 +1,25 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Relume inside Blender: properties, operators, panels and the render engine.
+
+The engine's final render and its viewports go through `scene_session`, which holds the one
+`RelightSession`. Place and Bake run in a background Blender (`job`), so that the artist's own
+file, selection, undo history and render settings are never touched.
+"""
+
+from __future__ import annotations
+
+from . import engine, operators, panels, properties
+
+_MODULES = (properties, operators, engine, panels)
+
+
+def register() -> None:
+    """Register everything, in order of dependence."""
+    for module in _MODULES:
+        module.register()
+
+
+def unregister() -> None:
+    """Undo register(), last things first; a bake under way is stopped."""
+    for module in reversed(_MODULES):
+        module.unregister()

@@ -1,0 +1,76 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Run as a script by a background Blender, for Place and Bake.
+
+    blender --background JOB.blend --python background_script.py -- REQUEST
+
+REQUEST is one JSON object, made by `job`: `paths` (added to sys.path, so that the extension's
+wheels are found although the child starts without the artist's preferences), `blend` (opened
+here where the program is plain Python with bpy), `verb` and `arguments`.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import json
+import os
+import sys
+import threading
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+FOLDER = Path(__file__).resolve().parent.parent
+PACKAGE = "relume_background"
+
+
+def end_with_parent() -> None:
+    """End this process when the other end of its standard input is closed.
+
+    Caches are written to temporary names and renamed, so that ending at once leaves nothing
+    half-written under a final name.
+    """
+
+    def watch() -> None:
+        # Not through sys.stdin: its lock, held here, would break the interpreter's own end.
+        while os.read(0, 4096):
+            pass
+        os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def load_extension() -> ModuleType:
+    """Import the extension as a package of its own name, wherever its folder lies."""
+    spec = importlib.util.spec_from_file_location(
+        PACKAGE, FOLDER / "__init__.py", submodule_search_locations=[str(FOLDER)]
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[PACKAGE] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def main(request: dict[str, Any]) -> int:
+    """Do what was asked for; the exit status is that of the command line's verbs."""
+    sys.path.extend(path for path in request["paths"] if path not in sys.path)
+    load_extension()
+    if not Path(_open_file()).samefile(request["blend"]):
+        import bpy
+
+        bpy.ops.wm.open_mainfile(filepath=request["blend"], load_ui=False)
+    module = {"place": ".ui.background_place", "bake": ".batch"}[request["verb"]]
+    return int(importlib.import_module(module, PACKAGE).main(request["arguments"]))
+
+
+def _open_file() -> str:
+    import bpy
+
+    return bpy.data.filepath or os.devnull
+
+
+if __name__ == "__main__":
+    end_with_parent()
+    sys.exit(main(json.loads(sys.argv[sys.argv.index("--") + 1])))

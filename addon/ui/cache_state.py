@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the panel says about a scene's cache.
+
+Panels are drawn many times a second, so the manifest is read again only when it changed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from .cache_folder import PLACEMENT_NAME, cache_folder
+from .cache_stamp import cache_stamp
+
+
+@dataclass(frozen=True)
+class CacheState:
+    """A few lines for the panel.
+
+    Attributes:
+        summary: one line.
+        icon: Blender's icon for it.
+        details: more lines.
+        approximations: one for each material that is not cached as Cycles shows it.
+    """
+
+    summary: str
+    icon: str
+    details: tuple[str, ...] = ()
+    approximations: tuple[str, ...] = ()
+
+
+_last: tuple[tuple[Path, int, bool], CacheState] | None = None
+
+
+def read_cache_state(scene: Any) -> CacheState:
+    """The state of a scene's cache, from the manifest."""
+    global _last  # noqa: PLW0603 - a memory of the one thing asked for again and again
+    try:
+        folder = cache_folder(scene)
+    except InputError as error:
+        return CacheState(f"No cache: {error}", "INFO")
+    placed = (folder / PLACEMENT_NAME).exists()
+    key = (folder, cache_stamp(folder), placed)
+    if _last is None or _last[0] != key:
+        _last = (key, _read(folder, placed))
+    return _last[1]
+
+
+def _read(folder: Path, placed: bool) -> CacheState:
+    if not (folder / "manifest.json").exists():
+        text = "Cameras are placed; not baked yet" if placed else "Nothing is baked yet"
+        return CacheState(text, "INFO")
+    from ..caching.store import CacheStore
+
+    try:
+        store = CacheStore.open(folder)
+    except InputError as error:
+        return CacheState(str(error), "ERROR")
+    size = sum(path.stat().st_size for path in folder.rglob("*.exr"))
+    baked = len(store.cameras)
+    return CacheState(
+        f"{baked} cameras baked, {size / 2**20:.0f} MB",
+        "CHECKMARK",
+        (),
+        tuple(str(item) for item in store.plan.approximations),
+    )

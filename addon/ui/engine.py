@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The render engine: F12 and the viewport's Rendered shading."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError
+from ..progress import Cancelled
+from ..scene.view import View
+from ..scene.view_reader import find_camera, read_view
+from . import compatible_panels
+from .scene_session import SceneSession, describe_holes
+from .unbaked_picture import draw_unbaked
+from .viewport import Viewport
+
+ENGINE = "RELUME"
+
+
+class RelumeEngine(bpy.types.RenderEngine):
+    """Relights the scene from its cache."""
+
+    bl_idname = ENGINE
+    bl_label = "Relume"
+    bl_use_gpu_context = True
+    bl_use_eevee_viewport = True  # Material Preview shading stays EEVEE's
+    bl_use_postprocess = True
+    bl_use_preview = False
+
+    _viewport: Viewport | None = None
+
+    def render(self, depsgraph: Any) -> None:
+        """A final picture of the scene's camera; F12."""
+        scene = depsgraph.scene
+        try:
+            view = read_view(depsgraph, find_camera(scene))
+        except InputError as error:
+            self._refuse(error)
+            return
+        try:
+            pixels = self._relight(depsgraph, view)
+        except InputError as error:
+            self._refuse(error)
+            pixels = draw_unbaked(depsgraph, view)
+        except Cancelled:
+            return
+        self._deliver(scene, pixels)
+
+    def _relight(self, depsgraph: Any, view: View) -> NDArray[np.float32]:
+        """(H, W, 4) float32, scene-linear, premultiplied, row 0 at the bottom."""
+        self.update_stats("", "Relume: loading the cache")
+        opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
+        opened.session.set_view(view)
+        picture = opened.session.render(self._progress)
+        self.update_stats("", f"Relume: {describe_holes(picture.coverage)}")
+        for warning in opened.warnings:
+            self.report({"INFO"}, f"Relume: {warning}")
+        return picture.combined
+
+    def _progress(self, fraction: float, message: str) -> None:
+        if self.test_break():
+            raise Cancelled
+        self.update_progress(fraction)
+        self.update_stats("", f"Relume: {message}")
+
+    def _refuse(self, error: InputError) -> None:
+        """Say why there is no relit picture."""
+        self.update_stats("", f"Relume: {error}")
+        self.report({"ERROR"}, f"Relume: {error}")
+
+    def _deliver(self, scene: Any, pixels: NDArray[np.float32]) -> None:
+        """Hand a whole picture to Blender, cut to the render region if one is set."""
+        height, width = pixels.shape[:2]
+        left, bottom, right, top = 0, 0, width, height
+        if scene.render.use_border:
+            border = scene.render
+            left, right = int(border.border_min_x * width), int(border.border_max_x * width)
+            bottom, top = int(border.border_min_y * height), int(border.border_max_y * height)
+        part = np.ascontiguousarray(pixels[bottom:top, left:right], dtype=np.float32)
+        result = self.begin_result(left, bottom, right - left, top - bottom)
+        for layer in result.layers:
+            layer.passes["Combined"].rect.foreach_set(part.ravel())
+        self.end_result(result)
+
+    def view_update(self, context: Any, depsgraph: Any) -> None:  # noqa: ARG002
+        """The scene changed; also the first call of a viewport."""
+        if self._viewport is None:
+            self._viewport = Viewport()
+        self._viewport.note_changes(depsgraph)
+
+    def view_draw(self, context: Any, depsgraph: Any) -> None:
+        """Draw the viewport."""
+        if self._viewport is None:
+            self._viewport = Viewport()
+        if self._viewport.draw(self, context, depsgraph):
+            self.tag_redraw()
+
+
+def register() -> None:
+    bpy.utils.register_class(RelumeEngine)
+    compatible_panels.register(ENGINE)
+
+
+def unregister() -> None:
+    compatible_panels.unregister(ENGINE)
+    bpy.utils.unregister_class(RelumeEngine)

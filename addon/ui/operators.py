@@ -1,0 +1,227 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Place, Bake and Cancel."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import bpy
+
+from ..camplace.cameras_file import read_cameras
+from ..errors import InputError
+from . import job
+from .cache_folder import PLACEMENT_NAME, cache_folder
+from .camera_objects import hide_cameras, show_cameras
+
+TIMER_S = 0.2
+
+
+def _why_not(context: Any) -> str:
+    """What is missing before caching cameras can be placed, as one phrase; "" for nothing."""
+    scene = context.scene
+    if job.current() is not None:
+        return "Relume is at work: wait for it, or cancel it"
+    if scene.camera is None and not any(obj.type == "CAMERA" for obj in scene.objects):
+        return "the scene has no camera: add one"
+    try:
+        cache_folder(scene)
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+class _JobOperator:
+    """What Place and Bake have in common: from a button they are modal, from a script they
+    return when the work is done."""
+
+    _timer: Any = None
+    _job: job.Job
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        reason = _why_not(context)
+        if reason:
+            cls.poll_message_set(reason)  # type: ignore[attr-defined]
+        return not reason
+
+    def start(self, scene: Any) -> job.Job:
+        """Begin the work; raises InputError."""
+        raise NotImplementedError
+
+    def finish(self, scene: Any) -> str:
+        """Take over the result; returns what to tell the artist. Raises InputError."""
+        raise NotImplementedError
+
+    def execute(self, context: Any) -> set[str]:
+        try:
+            self._job = self.start(context.scene)
+        except InputError as error:
+            return self._fail(str(error))
+        while not self._job.done:
+            self._job.advance()
+            time.sleep(TIMER_S)
+        return self._end()
+
+    def invoke(self, context: Any, event: Any) -> set[str]:  # noqa: ARG002
+        try:
+            self._job = self.start(context.scene)
+        except InputError as error:
+            return self._fail(str(error))
+        manager = context.window_manager
+        self._timer = manager.event_timer_add(TIMER_S, window=context.window)
+        manager.modal_handler_add(self)
+        manager.progress_begin(0.0, 1.0)
+        _show_status(f"Relume: {self._job.label}    Esc: Cancel")
+        return {"RUNNING_MODAL"}
+
+    def modal(self, context: Any, event: Any) -> set[str]:
+        if event.type == "ESC" and event.value == "PRESS":
+            self._job.stop()
+        elif event.type != "TIMER":
+            return {"PASS_THROUGH"}
+        self._job.advance()
+        context.window_manager.progress_update(self._job.fraction)
+        _redraw()
+        if not self._job.done:
+            return {"PASS_THROUGH"}
+        self._release(context)
+        return self._end()
+
+    def cancel(self, context: Any) -> None:
+        """Blender ends the operator itself, for instance to open another file."""
+        self._job.stop()
+        self._release(context)
+
+    def _release(self, context: Any) -> None:
+        manager = context.window_manager
+        manager.progress_end()
+        if self._timer is not None:
+            manager.event_timer_remove(self._timer)
+            self._timer = None
+        _show_status(None)
+        _redraw()
+
+    def _end(self) -> set[str]:
+        scene = next((s for s in bpy.data.scenes if s.session_uid == self._job.scene_uid), None)
+        if self._job.error == "stopped":
+            self.report({"WARNING"}, f"{self._job.label}: stopped")  # type: ignore[attr-defined]
+            return {"CANCELLED"}
+        if self._job.error or scene is None:
+            return self._fail(self._job.error or "the scene is gone")
+        try:
+            message = self.finish(scene)
+        except InputError as error:
+            return self._fail(str(error))
+        self.report({"INFO"}, message)  # type: ignore[attr-defined]
+        return {"FINISHED"}
+
+    def _fail(self, message: str) -> set[str]:
+        self.report({"ERROR"}, message)  # type: ignore[attr-defined]
+        return {"CANCELLED"}
+
+
+class RELUME_OT_place(_JobOperator, bpy.types.Operator):
+    """Starts camera placement, and shows its result."""
+
+    bl_idname = "relume.place"
+    bl_label = "Place"
+    bl_description = "Find places for the caching cameras, and show them in the scene"
+    bl_options = {"REGISTER", "UNDO"}
+
+    def start(self, scene: Any) -> job.Job:
+        settings = scene.relume
+        target = cache_folder(scene) / PLACEMENT_NAME
+        arguments = ["--out", str(target)]
+        arguments += ["--primaries", str(settings.primaries)]
+        arguments += ["--secondaries", str(settings.secondaries)]
+        return job.start("Placing caching cameras", scene, "place", arguments)
+
+    def finish(self, scene: Any) -> str:
+        cameras = read_cameras(cache_folder(scene) / PLACEMENT_NAME)
+        show_cameras(scene, cameras)
+        return f"Placed {len(cameras)} caching cameras"
+
+
+class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
+    """Starts the bake."""
+
+    bl_idname = "relume.bake"
+    bl_label = "Bake"
+    bl_description = (
+        "Have Cycles bake the caching cameras' pictures, in the background. "
+        "Cameras that are baked already and current are kept"
+    )
+    bl_options = {"REGISTER"}
+
+    def start(self, scene: Any) -> job.Job:
+        folder = cache_folder(scene)
+        arguments = ["--cache", str(folder), "--preset", scene.relume.preset, "--progress-json"]
+        placement = folder / PLACEMENT_NAME
+        if placement.exists():
+            arguments += ["--placement", str(placement)]
+        return job.start("Baking", scene, "bake", arguments)
+
+    def finish(self, scene: Any) -> str:
+        return f"Baked into {cache_folder(scene)}"
+
+
+class RELUME_OT_cancel(bpy.types.Operator):
+    """Stops the job under way."""
+
+    bl_idname = "relume.cancel"
+    bl_label = "Cancel"
+    bl_description = "Stop the work. Cameras that are finished stay in the cache"
+    bl_options = {"INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:  # noqa: ARG003
+        return job.current() is not None
+
+    def execute(self, context: Any) -> set[str]:  # noqa: ARG002
+        job.stop_current()
+        _redraw()
+        return {"FINISHED"}
+
+
+class RELUME_OT_hide_cameras(bpy.types.Operator):
+    """Removes what Place shows."""
+
+    bl_idname = "relume.hide_cameras"
+    bl_label = "Hide Caching Cameras"
+    bl_description = (
+        "Take the caching cameras that Place shows out of the scene. The cache keeps them"
+    )
+    bl_options = {"REGISTER", "UNDO"}
+
+    def execute(self, context: Any) -> set[str]:
+        hide_cameras(context.scene)
+        return {"FINISHED"}
+
+
+def _redraw() -> None:
+    """Have the places where the progress and the picture show drawn again."""
+    for window in bpy.context.window_manager.windows:
+        for area in window.screen.areas:
+            if area.type in ("PROPERTIES", "VIEW_3D"):
+                area.tag_redraw()
+
+
+def _show_status(text: str | None) -> None:
+    for window in bpy.context.window_manager.windows:
+        window.workspace.status_text_set(text)
+
+
+CLASSES = (RELUME_OT_place, RELUME_OT_bake, RELUME_OT_cancel, RELUME_OT_hide_cameras)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    """A job under way is stopped."""
+    job.stop_current()
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The panels in Properties › Render, and what light panels lack for Relume."""
+
+from __future__ import annotations
+
+import textwrap
+from typing import Any
+
+import bpy
+
+from . import job
+from .cache_folder import SUFFIX
+from .cache_state import CacheState, read_cache_state
+from .camera_objects import MARK
+from .engine import ENGINE
+
+# A longer list would push everything else out of the panel.
+MOST_LINES = 8
+# Mean width of a letter in Blender's interface font at a scale of 1, in pixels.
+CHARACTER_WIDTH = 5.5
+
+
+class _RenderPanel:
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine == ENGINE
+
+
+class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
+    """Place, Bake, and the state of the cache."""
+
+    bl_label = "Cache"
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.scene.relume
+
+        column = layout.column()
+        column.prop(settings, "cache_folder", placeholder=f"//<name>{SUFFIX}")
+        column.prop(settings, "preset")
+        column = layout.column(align=True)
+        column.prop(settings, "primaries")
+        column.prop(settings, "secondaries", text="Secondary")
+
+        running = job.current()
+        if running is not None:
+            row = layout.row(align=True)
+            row.progress(
+                factor=running.fraction, text=f"{100 * running.fraction:.0f} % {running.message}"
+            )
+            row.operator("relume.cancel", text="", icon="CANCEL")
+        else:
+            row = layout.row(align=True)
+            row.operator("relume.place", icon="OUTLINER_OB_CAMERA")
+            row.operator("relume.bake", icon="RENDER_STILL")
+            if any(MARK in child for child in context.scene.collection.children):
+                row.operator("relume.hide_cameras", text="", icon="HIDE_ON")
+        characters = max(20, int(context.region.width / (CHARACTER_WIDTH * _scale(context))) - 6)
+        draw_state(layout, read_cache_state(context.scene), characters)
+
+
+def _scale(context: Any) -> float:
+    return float(context.preferences.system.ui_scale)
+
+
+def draw_state(layout: Any, state: CacheState, characters: int) -> None:
+    """Say what the cache holds, in lines of at most so many characters."""
+    box = layout.box().column(align=True)
+    _draw_text(box, state.summary, state.icon, characters)
+    for line in state.details:
+        _draw_text(box, line, "BLANK1", characters)
+    if state.approximations:
+        box.label(text="Shown approximately:", icon="INFO")
+        for text in state.approximations[:MOST_LINES]:
+            _draw_text(box, text, "DOT", characters)
+        more = len(state.approximations) - MOST_LINES
+        if more > 0:
+            box.label(text=f"and {more} more", icon="BLANK1")
+
+
+def _draw_text(column: Any, text: str, icon: str, characters: int) -> None:
+    """Labels do not wrap by themselves."""
+    for line in textwrap.wrap(text, characters):
+        column.label(text=line, icon=icon)
+        icon = "BLANK1"
+
+
+class RELUME_PT_sampling(_RenderPanel, bpy.types.Panel):
+    """How many samples a picture has."""
+
+    bl_label = "Sampling"
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        column = layout.column(align=True)
+        column.prop(context.scene.relume, "viewport_samples", text="Viewport")
+        column.prop(context.scene.relume, "render_samples", text="Render")
+
+
+class RELUME_PT_film(_RenderPanel, bpy.types.Panel):
+    """The render settings shared with Cycles."""
+
+    bl_label = "Film"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(context.scene.render, "film_transparent")
+        cycles = getattr(context.scene, "cycles", None)
+        if cycles is not None:
+            layout.prop(cycles, "pixel_filter_type")
+            if cycles.pixel_filter_type != "BOX":
+                layout.prop(cycles, "filter_width")
+
+
+class RELUME_PT_light(bpy.types.Panel):
+    """What EEVEE's light panel lacks."""
+
+    bl_label = "Relume"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine == ENGINE and context.light is not None
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(context.light, "use_shadow", text="Cast Shadow")
+        if context.light.type == "AREA":
+            layout.prop(context.light, "spread")
+
+
+CLASSES = (RELUME_PT_cache, RELUME_PT_sampling, RELUME_PT_film, RELUME_PT_light)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What an evaluated scene's update means for a relight session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import bpy
+
+_SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+# Their edits can change what is lit and from where, but say so by other IDs' updates too.
+_SHADING = (bpy.types.Material, bpy.types.Texture, bpy.types.Image)
+
+
+@dataclass(frozen=True)
+class SceneChanges:
+    """What to tell the session.
+
+    Attributes:
+        geometry: shapes moved, changed, came or went: everything is redone.
+        lights: lights moved, changed, came or went: their layers are redone.
+        world: the world's shading changed.
+        materials: shading changed that is baked: the cache may be stale.
+    """
+
+    geometry: bool = False
+    lights: bool = False
+    world: bool = False
+    materials: bool = False
+
+    def __or__(self, other: SceneChanges) -> SceneChanges:
+        return SceneChanges(
+            self.geometry or other.geometry,
+            self.lights or other.lights,
+            self.world or other.world,
+            self.materials or other.materials,
+        )
+
+    def __bool__(self) -> bool:
+        return self.geometry or self.lights or self.world or self.materials
+
+
+NOTHING = SceneChanges()
+
+
+def read_changes(depsgraph: Any) -> SceneChanges:
+    """The changes that the dependency graph lists since its last evaluation.
+
+    An object that comes, goes or is hidden is not listed itself: compare `scene_key` for that.
+    """
+    changes = NOTHING
+    for update in depsgraph.updates:
+        changes = changes | _of_update(update)
+    return changes
+
+
+def _of_update(update: Any) -> SceneChanges:  # noqa: PLR0911 - one case for each type of ID
+    changed = update.id
+    if isinstance(changed, bpy.types.Object):
+        moved = update.is_updated_transform
+        if changed.type == "LIGHT":
+            return SceneChanges(lights=True)
+        if changed.type in _SHAPES:
+            return SceneChanges(geometry=moved or update.is_updated_geometry)
+        # An empty or an armature may instance or carry others.
+        instances = changed.instance_type != "NONE" and moved
+        return SceneChanges(geometry=instances, lights=instances)
+    if isinstance(changed, bpy.types.Light):
+        return SceneChanges(lights=True)
+    if isinstance(changed, bpy.types.World):
+        return SceneChanges(world=True)
+    if isinstance(changed, bpy.types.ShaderNodeTree):
+        # Whose tree it is cannot be seen from the tree.
+        return SceneChanges(lights=True, world=True, materials=True)
+    if isinstance(changed, _SHADING):
+        return SceneChanges(materials=True)
+    return NOTHING
+
+
+def scene_key(depsgraph: Any) -> int:
+    """A number that changes when shapes or lights come, go, or are hidden or shown."""
+    entries = []
+    for instance in depsgraph.object_instances:
+        obj = instance.object
+        if instance.show_self and (obj.type in _SHAPES or obj.type == "LIGHT"):
+            entries.append((obj.original.session_uid, tuple(instance.persistent_id)))
+    return hash(tuple(entries))

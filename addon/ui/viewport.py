@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What one 3D viewport shows under Rendered shading."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import gpu
+import numpy as np
+from gpu_extras.presets import draw_texture_2d
+
+from ..errors import InputError
+from ..glsl.shader import texture_from_array
+from ..scene.view import View
+from ..scene.view_reader import read_viewport
+from .cache_folder import cache_folder
+from .cache_stamp import cache_stamp
+from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key
+from .scene_session import SceneSession, describe_holes
+from .unbaked_picture import draw_unbaked
+
+if TYPE_CHECKING:
+    import bpy
+
+# Samples are drawn for at most so long before the interface gets its turn, in seconds.
+BUSY_S = 0.05
+
+
+class Viewport:
+    """Keeps a session for one viewport, refines its picture and draws it.
+
+    Blender reports changes while no GPU context is sure to be there, so they are noted, and
+    worked off at the next drawing.
+    """
+
+    def __init__(self) -> None:
+        self._opened: SceneSession | None = None
+        self._error = ""
+        self._failed_stamp = -1
+        self._changes: SceneChanges = NOTHING
+        self._key = 0
+        self._key_is_old = True
+        self._unbaked_view: View | None = None
+        self._texture: gpu.types.GPUTexture | None = None
+
+    def note_changes(self, depsgraph: Any) -> None:
+        """Remember what the last evaluation of the scene changed."""
+        self._changes = self._changes | read_changes(depsgraph)
+        self._key_is_old = True
+
+    def draw(self, engine: bpy.types.RenderEngine, context: Any, depsgraph: Any) -> bool:
+        """Bring the picture a little further and draw it; True while it is not finished."""
+        scene = depsgraph.scene
+        view = read_viewport(context.region, context.region_data, scene)
+        try:
+            self._synchronize(engine, depsgraph)
+        except InputError as error:
+            self._fail(str(error))
+        if self._opened is None:
+            unfinished = self._draw_unbaked(depsgraph, view)
+            engine.update_stats("Relume", self._error)
+        else:
+            target = scene.relume.viewport_samples
+            self._opened.session.set_samples(target)
+            unfinished = self._refine(self._opened, view)
+            engine.update_stats("Relume", self._status(self._opened, target))
+        self._show(engine, scene, view)
+        return unfinished
+
+    def _synchronize(self, engine: bpy.types.RenderEngine, depsgraph: Any) -> None:
+        """Open the session, or tell it what changed."""
+        stamp = cache_stamp(cache_folder(depsgraph.scene))
+        changes, self._changes = self._changes, NOTHING
+        if self._key_is_old:
+            key, self._key_is_old = scene_key(depsgraph), False
+            if key != self._key:
+                changes = changes | SceneChanges(geometry=True, lights=True)
+            self._key = key
+        if self._opened is not None and self._opened.stamp != stamp:
+            self._opened = None
+        if self._opened is None:
+            # The same cache is not tried again before something changes.
+            if stamp == self._failed_stamp and not changes:
+                return
+            engine.update_stats("Relume", "loading the cache")
+            self._failed_stamp = stamp
+            self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
+        elif changes:
+            self._opened.update(depsgraph, changes)
+        self._error = ""
+
+    def _fail(self, message: str) -> None:
+        self._opened = None
+        self._error = message
+        self._unbaked_view = None
+
+    def _refine(self, opened: SceneSession, view: View) -> bool:
+        """Draw samples for a moment; True while more are wanted."""
+        opened.session.set_view(view)
+        start = time.perf_counter()
+        unfinished = True
+        while unfinished and time.perf_counter() - start < BUSY_S:
+            unfinished = opened.session.step()
+        self._texture = opened.session.draw_combined()
+        return unfinished
+
+    def _draw_unbaked(self, depsgraph: Any, view: View) -> bool:
+        if not _same_view(view, self._unbaked_view):
+            pixels = draw_unbaked(depsgraph, view)
+            self._texture = texture_from_array(pixels, "RGBA16F")
+            self._unbaked_view = view
+        return False
+
+    def _status(self, opened: SceneSession, target: int) -> str:
+        done = opened.session.samples_done
+        return f"sample {done}/{target}, {describe_holes(opened.session.coverage)}"
+
+    def _show(self, engine: bpy.types.RenderEngine, scene: Any, view: View) -> None:
+        """Draw the picture, scene-linear: Blender applies the scene's view transform."""
+        if self._texture is None:
+            return
+        gpu.state.blend_set("ALPHA_PREMULT")
+        engine.bind_display_space_shader(scene)
+        draw_texture_2d(self._texture, (0, 0), view.width, view.height)
+        engine.unbind_display_space_shader()
+        gpu.state.blend_set("NONE")
+
+
+def _same_view(first: View, second: View | None) -> bool:
+    return (
+        second is not None
+        and (first.width, first.height, first.perspective, first.pixel_filter)
+        == (second.width, second.height, second.perspective, second.pixel_filter)
+        and np.array_equal(first.world_from_camera, second.world_from_camera)
+        and np.array_equal(first.clip_from_camera, second.clip_from_camera)
+    )

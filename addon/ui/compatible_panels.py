@@ -31,7 +31,7 @@ _OF_EEVEE = {
 
 def _panels() -> Iterator[Any]:
     for panel in bpy.types.Panel.__subclasses__():
-        engines = getattr(panel, "COMPAT_ENGINES", set())
+        engines: set[str] = getattr(panel, "COMPAT_ENGINES", set())
         shared = "BLENDER_RENDER" in engines and panel.__name__ not in _EXCLUDED
         if shared or panel.__name__ in _OF_EEVEE:
             yield panel

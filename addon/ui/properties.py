@@ -21,6 +21,7 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             description="Where the baked pictures are kept. Empty: beside the .blend, "
             "under its name with '.relume' at the end",
             subtype="DIR_PATH",
+            options={"PATH_SUPPORTS_BLEND_RELATIVE"},
         ),
         "preset": bpy.props.EnumProperty(
             name="Preset",

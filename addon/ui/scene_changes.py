@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 _SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-# Their edits can change what is lit and from where, but say so by other IDs' updates too.
+# An edit of a node tree is listed for its owner too: a light, a world or a material.
 _SHADING = (bpy.types.Material, bpy.types.Texture, bpy.types.Image)
 
 
@@ -70,9 +70,6 @@ def _of_update(update: Any) -> SceneChanges:  # noqa: PLR0911 - one case for eac
         return SceneChanges(lights=True)
     if isinstance(changed, bpy.types.World):
         return SceneChanges(world=True)
-    if isinstance(changed, bpy.types.ShaderNodeTree):
-        # Whose tree it is cannot be seen from the tree.
-        return SceneChanges(lights=True, world=True, materials=True)
     if isinstance(changed, _SHADING):
         return SceneChanges(materials=True)
     return NOTHING

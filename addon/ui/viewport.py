@@ -41,6 +41,7 @@ class Viewport:
         self._changes: SceneChanges = NOTHING
         self._key = 0
         self._key_is_old = True
+        self._materials_changed = False
         self._unbaked_view: View | None = None
         self._texture: gpu.types.GPUTexture | None = None
 
@@ -48,6 +49,7 @@ class Viewport:
         """Remember what the last evaluation of the scene changed."""
         self._changes = self._changes | read_changes(depsgraph)
         self._key_is_old = True
+        self._unbaked_view = None
 
     def draw(self, engine: bpy.types.RenderEngine, context: Any, depsgraph: Any) -> bool:
         """Bring the picture a little further and draw it; True while it is not finished."""
@@ -86,14 +88,15 @@ class Viewport:
             engine.update_stats("Relume", "loading the cache")
             self._failed_stamp = stamp
             self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
+            self._materials_changed = False
         elif changes:
             self._opened.update(depsgraph, changes)
+            self._materials_changed |= changes.materials
         self._error = ""
 
     def _fail(self, message: str) -> None:
         self._opened = None
         self._error = message
-        self._unbaked_view = None
 
     def _refine(self, opened: SceneSession, view: View) -> bool:
         """Draw samples for a moment; True while more are wanted."""
@@ -114,7 +117,10 @@ class Viewport:
 
     def _status(self, opened: SceneSession, target: int) -> str:
         done = opened.session.samples_done
-        return f"sample {done}/{target}, {describe_holes(opened.session.coverage)}"
+        text = f"sample {done}/{target}, {describe_holes(opened.session.coverage)}"
+        if self._materials_changed:
+            text += "; a material changed after the bake: bake again to see it"
+        return text
 
     def _show(self, engine: bpy.types.RenderEngine, scene: Any, view: View) -> None:
         """Draw the picture, scene-linear: Blender applies the scene's view transform."""

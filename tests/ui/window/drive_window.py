@@ -17,7 +17,7 @@ import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -127,7 +127,7 @@ def apply_edit(obj: Any, attributes: dict[str, Any]) -> None:
         setattr(obj if hasattr(obj, name) else obj.data, name, value)
 
 
-def wait_and_grab(area: Any, path: Path, patience_s: float) -> Iterator[float]:
+def wait_and_grab(area: Any, path: Path, patience_s: float) -> Generator[float, None, float]:
     """Grab the screen once it stands still; returns the seconds that it took."""
     started = time.perf_counter()
     last = b""

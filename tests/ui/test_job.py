@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Place and Bake leave the artist's session alone."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import bpy
+import pytest
+
+from addon.camplace.cameras_file import read_cameras
+from addon.ui import job
+from addon.ui.cache_folder import PLACEMENT_NAME
+
+
+def session_state() -> dict[str, Any]:
+    scene: Any = bpy.context.scene
+    render = scene.render
+    return {
+        "dirty": bpy.data.is_dirty,
+        "path": bpy.data.filepath,
+        "selected": [obj.name for obj in bpy.context.view_layer.objects if obj.select_get()],
+        "frame": scene.frame_current,
+        "engine": render.engine,
+        "size": (render.resolution_x, render.resolution_y),
+        "aovs": len(bpy.context.view_layer.aovs),
+        "scenes": [scene.name for scene in bpy.data.scenes],
+        "materials": [material.name for material in bpy.data.materials],
+    }
+
+
+def test_the_copy_changes_nothing_here(extension: None, tmp_path: Path) -> None:
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"))
+    before = session_state()
+    copy = job.save_copy(tmp_path)  # the same name: the copy must still be a copy
+    assert copy.exists()
+    assert session_state() == before
+
+
+def test_an_unsaved_session_can_be_copied(extension: None, tmp_path: Path) -> None:
+    before = session_state()
+    assert job.save_copy(tmp_path).exists()
+    assert session_state() == before
+    assert before["path"] == ""
+
+
+def test_relative_paths_lead_to_the_same_file_from_the_copy(
+    extension: None, tmp_path: Path
+) -> None:
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"))
+    image = bpy.data.images.new("wood", 2, 2)
+    image.filepath_raw = "//wood.png"
+    image.file_format = "PNG"
+    image.save()
+    image.source = "FILE"
+    image.use_fake_user = True
+    other = tmp_path / "deep" / "folder"
+    other.mkdir(parents=True)
+    copy = job.save_copy(other)
+    assert bpy.data.images["wood"].filepath == "//wood.png"
+    bpy.ops.wm.open_mainfile(filepath=str(copy))
+    resolved = Path(bpy.path.abspath(bpy.data.images["wood"].filepath)).resolve()
+    assert resolved == (tmp_path / "wood.png").resolve()
+
+
+def test_the_request_survives_the_command_line(extension: None, tmp_path: Path) -> None:
+    words = ["--cache", str(tmp_path / "with space 'and' quotes")]
+    command = job.command(tmp_path / "a b.blend", "bake", words)
+    request = json.loads(command[-1])
+    assert command[-2] == "--"
+    assert request["arguments"] == words
+    assert request["blend"] == str(tmp_path / "a b.blend")
+
+
+def test_only_one_at_a_time(extension: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(job, "command", lambda *_: ["sleep", "60"])
+    scene: Any = bpy.context.scene
+    first = job.start("Placing", scene, "place", [])
+    with pytest.raises(job.InputError, match="already"):
+        job.start("Baking", scene, "bake", [])
+    scene.relume.cache_folder = "/anywhere"
+    assert not bpy.ops.relume.bake.poll()
+    job.stop_current()
+    assert first.error == "stopped"
+    assert job.current() is None
+    assert bpy.ops.relume.bake.poll()
+
+
+def test_a_failure_is_told_in_the_childs_own_words(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    say = 'echo Blender; echo \'{"error": "the disk is full"}\'; exit 2'
+    monkeypatch.setattr(job, "command", lambda *_: ["sh", "-c", say])
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path)
+    with pytest.raises(RuntimeError, match="the disk is full"):
+        bpy.ops.relume.bake()
+
+
+def test_place_needs_a_camera_and_a_folder(extension: None, tmp_path: Path) -> None:
+    scene: Any = bpy.context.scene
+    assert not bpy.ops.relume.place.poll()
+    scene.relume.cache_folder = str(tmp_path)
+    assert bpy.ops.relume.place.poll()
+    bpy.data.objects.remove(scene.camera)
+    assert not bpy.ops.relume.place.poll()
+
+
+def test_place_in_the_background(extension: None, tmp_path: Path) -> None:
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path / "cache")
+    scene.relume.primaries, scene.relume.secondaries = 1, 1
+    bpy.ops.mesh.primitive_plane_add(size=20.0, location=(0.0, 0.0, -1.0))
+    before = session_state()
+    assert bpy.ops.relume.place() == {"FINISHED"}
+    cameras = read_cameras(tmp_path / "cache" / PLACEMENT_NAME)
+    assert len(cameras) >= 2
+    assert len(bpy.data.collections["Relume Cameras"].objects) == len(cameras)
+    after = session_state()
+    # The new collection is an edit of the file, which asks to be saved.
+    del before["dirty"], after["dirty"]
+    assert after == before

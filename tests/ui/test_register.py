@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+import addon
+from addon.ui.engine import ENGINE
+
+
+def listed_panels() -> set[str]:
+    return {
+        panel.__name__
+        for panel in bpy.types.Panel.__subclasses__()
+        if ENGINE in getattr(panel, "COMPAT_ENGINES", ())
+    }
+
+
+def test_registering_twice_in_a_row_leaves_nothing_behind() -> None:
+    assert listed_panels() == set()
+    for _ in range(2):
+        addon.register()
+        assert hasattr(bpy.types.Scene, "relume")
+        assert bpy.ops.relume.bake.idname() == "RELUME_OT_bake"
+        addon.unregister()
+        assert not hasattr(bpy.types.Scene, "relume")
+        assert not hasattr(bpy.types, "RELUME_PT_cache")
+        assert listed_panels() == set()
+
+
+def test_the_panels_an_artist_needs_are_there(extension: None) -> None:
+    listed = listed_panels()
+    assert {
+        "DATA_PT_context_light",
+        "DATA_PT_EEVEE_light",
+        "DATA_PT_spot",
+        "DATA_PT_lens",
+        "EEVEE_MATERIAL_PT_surface",
+        "EEVEE_WORLD_PT_surface",
+        "RENDER_PT_format",
+        "RENDER_PT_color_management",
+    } <= listed
+    # Another engine's own settings mean nothing here.
+    assert not {name for name in listed if name.startswith(("CYCLES_", "RENDER_PT_eevee"))}
+
+
+def test_every_setting_explains_itself(extension: None) -> None:
+    settings: Any = bpy.context.scene.relume  # type: ignore[attr-defined]
+    names = {"cache_folder", "preset", "primaries", "secondaries"}
+    names |= {"viewport_samples", "render_samples"}
+    assert names <= set(settings.bl_rna.properties.keys())
+    for name in names:
+        assert len(settings.bl_rna.properties[name].description) > 20
+    assert settings.preset == "balanced"
+
+
+def test_settings_are_kept_in_the_file(extension: None, tmp_path: Any) -> None:
+    scene: Any = bpy.context.scene
+    scene.relume.secondaries = 3
+    path = str(tmp_path / "kept.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    bpy.ops.wm.read_factory_settings()
+    addon.unregister()
+    addon.register()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    scene = bpy.context.scene
+    assert scene.relume.secondaries == 3

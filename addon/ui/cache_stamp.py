@@ -5,10 +5,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from ..caching.store import MANIFEST_NAME
+
 
 def cache_stamp(folder: Path) -> int:
     """A number that changes with the cache's manifest, which is written last; 0 without one."""
     try:
-        return (folder / "manifest.json").stat().st_mtime_ns
+        return (folder / MANIFEST_NAME).stat().st_mtime_ns
     except OSError:
         return 0

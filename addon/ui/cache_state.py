@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..caching.store import MANIFEST_NAME, CacheStore
 from ..errors import InputError
 from .cache_folder import PLACEMENT_NAME, cache_folder
 from .cache_stamp import cache_stamp
@@ -50,20 +51,23 @@ def read_cache_state(scene: Any) -> CacheState:
 
 
 def _read(folder: Path, placed: bool) -> CacheState:
-    if not (folder / "manifest.json").exists():
+    if not (folder / MANIFEST_NAME).exists():
         text = "Cameras are placed; not baked yet" if placed else "Nothing is baked yet"
         return CacheState(text, "INFO")
-    from ..caching.store import CacheStore
-
     try:
         store = CacheStore.open(folder)
     except InputError as error:
         return CacheState(str(error), "ERROR")
-    size = sum(path.stat().st_size for path in folder.rglob("*.exr"))
-    baked = len(store.cameras)
+    manifest = store.manifest
+    baked, wanted = len(manifest.finished), len(manifest.cameras)
+    size = sum(record.size for record in manifest.finished.values())
+    size += manifest.world.size if manifest.world is not None else 0
+    if baked < wanted:
+        summary, icon = f"{baked} of {wanted} cameras baked; Bake goes on", "ERROR"
+    else:
+        summary, icon = f"{baked} cameras baked", "CHECKMARK"
     return CacheState(
-        f"{baked} cameras baked, {size / 2**20:.0f} MB",
-        "CHECKMARK",
-        (),
-        tuple(str(item) for item in store.plan.approximations),
+        f"{summary} ({size / 2**20:.1f} MB)",
+        icon,
+        approximations=tuple(str(item) for item in store.plan.approximations),
     )

@@ -81,7 +81,8 @@ class RelumeEngine(bpy.types.RenderEngine):
             left, right = int(border.border_min_x * width), int(border.border_max_x * width)
             bottom, top = int(border.border_min_y * height), int(border.border_max_y * height)
         part = np.ascontiguousarray(pixels[bottom:top, left:right], dtype=np.float32)
-        result = self.begin_result(left, bottom, right - left, top - bottom)
+        # Blender counts from the region's corner, not from the picture's.
+        result = self.begin_result(0, 0, right - left, top - bottom)
         for layer in result.layers:
             layer.passes["Combined"].rect.foreach_set(part.ravel())
         self.end_result(result)

@@ -14,6 +14,7 @@ from ..errors import InputError
 from ..glsl.shader import texture_from_array
 from ..scene.view import View
 from ..scene.view_reader import read_viewport
+from . import job
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key
@@ -79,7 +80,8 @@ class Viewport:
             if key != self._key:
                 changes = changes | SceneChanges(geometry=True, lights=True)
             self._key = key
-        if self._opened is not None and self._opened.stamp != stamp:
+        # A bake under way writes the manifest camera by camera; the last one is waited for.
+        if self._opened is not None and self._opened.stamp != stamp and job.current() is None:
             self._opened = None
         if self._opened is None:
             # The same cache is not tried again before something changes.

@@ -11,6 +11,7 @@ import bpy
 import pytest
 
 from addon.camplace.cameras_file import read_cameras
+from addon.errors import InputError
 from addon.ui import job
 from addon.ui.cache_folder import PLACEMENT_NAME
 
@@ -78,7 +79,7 @@ def test_only_one_at_a_time(extension: None, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(job, "command", lambda *_: ["sleep", "60"])
     scene: Any = bpy.context.scene
     first = job.start("Placing", scene, "place", [])
-    with pytest.raises(job.InputError, match="already"):
+    with pytest.raises(InputError, match="already"):
         job.start("Baking", scene, "bake", [])
     scene.relume.cache_folder = "/anywhere"
     assert not bpy.ops.relume.bake.poll()

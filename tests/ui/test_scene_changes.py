@@ -82,7 +82,7 @@ def test_hiding_and_removing_change_the_key(extension: None, name: str) -> None:
 
 
 def test_the_worlds_colour_concerns_the_world(extension: None) -> None:
-    world: Any = bpy.context.scene.world  # type: ignore[union-attr]
+    world: Any = bpy.context.scene.world
     node = world.node_tree.nodes["Background"]
     found, _ = changes_of(lambda: setattr(node.inputs["Color"], "default_value", (1, 0, 0, 1)))
     assert found == SceneChanges(world=True)

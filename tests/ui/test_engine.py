@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""F12 gives the session's picture, or says why there is none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import OpenEXR
+import pytest
+from numpy.typing import NDArray
+
+from addon.caching.store import CacheStore
+from addon.relight.session import RelightSession
+from addon.scene.depsgraph_reader import with_render_depsgraph
+from addon.scene.geometry_reader import read_geometry
+from addon.scene.light_reader import read_lights
+from addon.scene.view_reader import find_camera, read_view
+from addon.scene.world_reader import read_world
+from addon.ui.cache_state import read_cache_state
+from tests.ui.traced_cache import write_traced_cache
+
+WIDTH, HEIGHT, SAMPLES = 64, 40, 3
+
+
+@pytest.fixture
+def scene(extension: None, gpu_context: None, tmp_path: Path) -> Any:
+    """The factory file's cube on a floor, under Relume; its cache folder is still empty."""
+    scene: Any = bpy.context.scene
+    bpy.ops.mesh.primitive_plane_add(size=30.0, location=(0.0, 0.0, -1.0))
+    render = scene.render
+    render.engine = "RELUME"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = WIDTH, HEIGHT, 100
+    render.image_settings.file_format = "OPEN_EXR"
+    render.image_settings.color_depth = "32"
+    render.filepath = str(tmp_path / "picture.exr")
+    scene.relume.render_samples = SAMPLES
+    scene.relume.cache_folder = str(tmp_path / "cache.relume")
+    return scene
+
+
+def baked(scene: Any) -> Any:
+    write_traced_cache(scene, Path(scene.relume.cache_folder), (3.0, -3.0, 3.0))
+    return scene
+
+
+def f12(scene: Any) -> NDArray[np.float32]:
+    """(H, W, 4) as saved, row 0 at the bottom."""
+    bpy.ops.render.render(write_still=True)
+    with OpenEXR.File(scene.render.filepath) as exr:
+        return np.array(exr.channels()["RGBA"].pixels, dtype=np.float32)[::-1]
+
+
+def session_picture(scene: Any) -> NDArray[np.float32]:
+    """The same without Blender's render pipeline, as the command line does it."""
+
+    def read(graph: Any) -> Any:
+        view = read_view(graph, find_camera(scene))
+        return read_geometry(graph), read_lights(graph), read_world(graph), view
+
+    geometry, lights, world, view = with_render_depsgraph(scene, read)
+    store = CacheStore.open(Path(scene.relume.cache_folder))
+    session = RelightSession(geometry, store, scene.relume.render_samples)
+    session.set_lights(lights)
+    session.set_world(world)
+    session.set_view(view)
+    return session.render().combined
+
+
+def test_f12_is_the_sessions_picture(scene: Any) -> None:
+    baked(scene)
+    picture = f12(scene)
+    assert picture.shape == (HEIGHT, WIDTH, 4)
+    expected = session_picture(scene)
+    assert expected[..., :3].max() > 0.1
+    # The same passes on the same driver; only their order in memory could differ.
+    np.testing.assert_allclose(picture, expected, rtol=1e-5, atol=1e-6 * expected.max())
+
+
+def test_f12_follows_a_light_edit(scene: Any) -> None:
+    baked(scene)
+    scene.world = None
+    before = f12(scene)[..., :3]
+    bpy.data.lights["Light"].energy *= 2.0
+    after = f12(scene)[..., :3]
+    # Light is linear in its power.
+    np.testing.assert_allclose(after, 2.0 * before, rtol=1e-4, atol=1e-6 * float(before.max()))
+
+
+def test_the_render_region_is_cut_out(scene: Any) -> None:
+    baked(scene)
+    whole = f12(scene)
+    render = scene.render
+    render.use_border = True
+    render.border_min_x, render.border_max_x = 0.25, 0.75
+    render.border_min_y, render.border_max_y = 0.5, 1.0
+    inside = (slice(HEIGHT // 2, HEIGHT), slice(WIDTH // 4, 3 * WIDTH // 4))
+    kept = f12(scene)
+    np.testing.assert_array_equal(kept[inside], whole[inside])
+    assert np.count_nonzero(kept) < kept.size // 2
+    render.use_crop_to_border = True
+    np.testing.assert_array_equal(f12(scene), whole[inside])
+
+
+def test_without_a_cache_it_says_so_and_shows_the_shapes(scene: Any) -> None:
+    with pytest.raises(RuntimeError, match="no Relume cache"):
+        bpy.ops.render.render()
+    picture = render_result(scene)
+    assert picture.std() > 0.01
+
+
+def test_an_empty_scene_says_so(scene: Any) -> None:
+    baked(scene)
+    for obj in [obj for obj in scene.objects if obj.type == "MESH"]:
+        bpy.data.objects.remove(obj)
+    with pytest.raises(RuntimeError, match="Relume"):
+        bpy.ops.render.render()
+
+
+def test_a_panorama_says_so(scene: Any) -> None:
+    baked(scene)
+    scene.camera.data.type = "PANO"
+    with pytest.raises(RuntimeError, match="pano"):
+        bpy.ops.render.render()
+
+
+def render_result(scene: Any) -> NDArray[np.float32]:
+    """What the Image Editor would show."""
+    path = scene.render.filepath
+    bpy.data.images["Render Result"].save_render(path)
+    with OpenEXR.File(path) as exr:
+        return np.array(exr.channels()["RGBA"].pixels, dtype=np.float32)[..., :3]
+
+
+def test_the_panel_tells_the_caches_state(scene: Any) -> None:
+    assert read_cache_state(scene).summary == "Nothing is baked yet"
+    baked(scene)
+    state = read_cache_state(scene)
+    assert state.summary.startswith("6 cameras baked (")
+    assert state.approximations == ("material 'Glass': is shown as glossy",)
+    manifest = Path(scene.relume.cache_folder) / "manifest.json"
+    manifest.write_text("{", encoding="utf-8")
+    state = read_cache_state(scene)
+    assert state.icon == "ERROR"
+    assert "damaged" in state.summary

@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A cache of the open scene on disk, traced with embree in a moment instead of baked."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.caching.plan import Approximation, ChannelPlan
+from addon.caching.store import CacheStore, Manifest
+from addon.scene.depsgraph_reader import with_render_depsgraph
+from addon.scene.geometry_reader import read_geometry
+from tests import synthetic
+
+ALBEDO = 0.6
+
+
+def _white(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.full_like(points, ALBEDO)
+
+
+def write_traced_cache(
+    scene: Any, folder: Path, center: Sequence[float], resolution: int = 128
+) -> None:
+    """White Lambert surfaces, seen by one cube camera."""
+    geometry = with_render_depsgraph(scene, read_geometry)
+    tracer = synthetic.Tracer(geometry)
+    plan = ChannelPlan(
+        ("depth", "material_id", "normal", "diffuse_color"),
+        {},
+        geometry.material_names,
+        (Approximation("Glass", "is shown as glossy"),),
+    )
+    cameras = tuple(synthetic.cube_cameras(center, resolution))
+    store = CacheStore.create(folder, Manifest("traced", {}, plan, cameras))
+    finished = {
+        camera.id: store.write_camera(synthetic.trace_framebuffer(geometry, tracer, camera, _white))
+        for camera in cameras
+    }
+    store.write_manifest(Manifest("traced", {}, plan, cameras, finished))

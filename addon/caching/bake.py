@@ -1,0 +1,277 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes the deep framebuffers of a scene into a cache."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camplace.camera import CachingCamera
+from ..errors import InputError
+from ..progress import Progress, silent
+from ..scene.geometry import SceneGeometry
+from ..scene.geometry_reader import NO_MATERIAL
+from ..scene.world_reader import read_world, render_world
+from .aov_render import Stage, far_is_nothing, staged
+from .channels import CHANNELS
+from .fingerprint import scene_fingerprint
+from .framebuffer import DeepFramebuffer
+from .plan import ChannelPlan
+from .specialize import SpecializedMaterial, specialized
+from .specialize_closures import DEFAULT_SURFACE
+from .specialize_expression import Constant
+from .store import MANIFEST_NAME, CacheStore, Manifest
+
+Preset = Literal["draft", "balanced", "final"]
+
+# Preset -> highest resolution tier, rays of ambient occlusion.
+_PRESETS: dict[Preset, tuple[int, int]] = {
+    "draft": (512, 8),
+    "balanced": (1024, 16),
+    "final": (2048, 32),
+}
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """What may be chosen about a bake.
+
+    Attributes:
+        preset: how fine.
+        only: ids of the cameras to bake now; None for all.
+        resume: keep finished cameras of an earlier bake of this scene with these settings.
+        overwrite: take the place of a cache of another scene.
+    """
+
+    preset: Preset = "balanced"
+    only: frozenset[int] | None = None
+    resume: bool = False
+    overwrite: bool = False
+
+
+@dataclass(frozen=True)
+class BakeReport:
+    """What a bake did.
+
+    Attributes:
+        cameras: caching cameras in the cache.
+        baked, kept: how many were baked now, and kept from an earlier bake.
+        texels: texels baked now.
+        channels: stored channels.
+        raw_bytes, stored_bytes: of the cameras baked now, before and after compression.
+        seconds: by stage.
+        approximations: a sentence for each material that is not cached as Cycles shows it.
+    """
+
+    cameras: int
+    baked: int
+    kept: int
+    texels: int
+    channels: tuple[str, ...]
+    raw_bytes: int
+    stored_bytes: int
+    seconds: Mapping[str, float]
+    approximations: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values."""
+        return {**vars(self), "seconds": dict(self.seconds)}
+
+
+def bake_scene(
+    scene: Any,
+    geometry: SceneGeometry,
+    cameras: Sequence[CachingCamera],
+    folder: Path,
+    settings: BakeSettings | None = None,
+    progress: Progress = silent,
+) -> BakeReport:
+    """Bake caching cameras of the open file's `scene`, a `bpy.types.Scene`.
+
+    The scene is left as it was found, also when `progress` raises or Cycles fails. Each camera
+    is on the disk, and in the manifest, before the next one begins.
+
+    Raises:
+        InputError: the folder belongs to another scene or cannot be written, or a material
+            gives values that are not finite.
+        Cancelled: raised by `progress`; finished cameras are kept.
+    """
+    settings = settings or BakeSettings()
+    started = time.monotonic()
+    max_resolution, rays = _PRESETS[settings.preset]
+    fitted = tuple(replace(c, resolution=min(c.resolution, max_resolution)) for c in cameras)
+    progress(0.0, "Reading the scene")
+    world = _world(scene)
+    fingerprint = scene_fingerprint(geometry)
+    with specialized(geometry.material_names, rays if world is not None else 0) as (plan, shown):
+        manifest = Manifest(fingerprint, {"preset": settings.preset}, plan, fitted)
+        store = _prepare_store(Path(folder), manifest, settings)
+        seconds = {"prepare": time.monotonic() - started}
+        wanted = [c for c in fitted if settings.only is None or c.id in settings.only]
+        _check_ids(settings.only, fitted)
+        kept = [c for c in wanted if store.is_intact(c.id)]
+        todo = [c for c in wanted if c not in kept]
+        baked = _bake_cameras(scene, store, todo, shown, progress)
+    started = time.monotonic()
+    if world is not None and world.needs_baking and store.manifest.world is None:
+        progress(0.97, "Rendering the world")
+        record = store.write_world(render_world(scene))
+        store.write_manifest(replace(store.manifest, world=record))
+        seconds["world"] = time.monotonic() - started
+    progress(1.0, f"{len(store.cameras)} of {len(fitted)} cameras baked")
+    return BakeReport(
+        cameras=len(fitted),
+        baked=len(todo),
+        kept=len(kept),
+        texels=sum(c.resolution**2 for c in todo),
+        channels=plan.stored,
+        raw_bytes=baked.raw_bytes,
+        stored_bytes=baked.stored_bytes,
+        seconds={**seconds, "render": baked.render_seconds, "write": baked.write_seconds},
+        approximations=tuple(str(item) for item in plan.approximations),
+    )
+
+
+def _world(scene: Any) -> Any:
+    import bpy
+
+    with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+        return read_world(bpy.context.evaluated_depsgraph_get())
+
+
+def _check_ids(only: frozenset[int] | None, cameras: Sequence[CachingCamera]) -> None:
+    unknown = sorted((only or frozenset()) - {camera.id for camera in cameras})
+    if unknown:
+        raise InputError(
+            f"there is no caching camera {unknown[0]}; the placement has "
+            f"{cameras[0].id} to {cameras[-1].id}"
+        )
+
+
+def _prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> CacheStore:
+    """The cache to bake into: an earlier one of the same scene and settings, or a new one."""
+    if not (folder / MANIFEST_NAME).exists():
+        return CacheStore.create(folder, manifest)
+    try:
+        store = CacheStore.open(folder)
+        store.check_fingerprint(manifest.fingerprint)
+    except InputError:
+        if not settings.overwrite:
+            raise
+        return CacheStore.create(folder, manifest)
+    same = (
+        store.plan == manifest.plan
+        and [c.to_json() for c in store.manifest.cameras] == [c.to_json() for c in manifest.cameras]
+        and store.manifest.settings == manifest.settings
+    )
+    # Without --resume everything is baked again; a part of the cameras always joins the rest.
+    if same and (settings.resume or settings.only is not None):
+        if settings.resume:
+            return store
+        rest = {n: r for n, r in store.manifest.finished.items() if n not in (settings.only or ())}
+        store.write_manifest(replace(store.manifest, finished=rest))
+        return store
+    return CacheStore.create(folder, manifest)
+
+
+@dataclass
+class _Baked:
+    """What the cameras took."""
+
+    raw_bytes: int = 0
+    stored_bytes: int = 0
+    render_seconds: float = 0.0
+    write_seconds: float = 0.0
+
+
+def _bake_cameras(
+    scene: Any,
+    store: CacheStore,
+    cameras: Sequence[CachingCamera],
+    materials: Sequence[SpecializedMaterial],
+    progress: Progress,
+) -> _Baked:
+    baked = _Baked()
+    if not cameras:
+        return baked
+    done, total = 0, sum(camera.resolution**2 for camera in cameras)
+    with staged(scene, store.plan.stored) as stage:
+        for number, camera in enumerate(cameras, start=1):
+            message = f"Baking camera {number} of {len(cameras)}"
+            progress(0.02 + 0.94 * done / total, message)
+            started = time.monotonic()
+            framebuffer = _bake_camera(stage, camera, store.plan, materials)
+            rendered = time.monotonic()
+            record = store.write_camera(framebuffer)
+            finished = {**store.manifest.finished, camera.id: record}
+            store.write_manifest(replace(store.manifest, finished=finished))
+            baked.raw_bytes += framebuffer.raw_bytes
+            baked.stored_bytes += record.size
+            baked.render_seconds += rendered - started
+            baked.write_seconds += time.monotonic() - rendered
+            done += camera.resolution**2
+    return baked
+
+
+def _bake_camera(
+    stage: Stage,
+    camera: CachingCamera,
+    plan: ChannelPlan,
+    materials: Sequence[SpecializedMaterial],
+) -> DeepFramebuffer:
+    rendered = stage.render(camera)
+    depth = far_is_nothing(rendered["depth"], camera.far)
+    channels = {"depth": depth}
+    hit = depth > 0.0
+    for name in plan.stored:
+        if name != "depth":
+            channels[name] = np.where(hit, rendered[name], np.float32(0.0))
+    if NO_MATERIAL in plan.material_names:
+        _show_default(channels, rendered["pass_normal"], plan)
+    _check_finite(channels, materials, camera)
+    return DeepFramebuffer(camera, channels)
+
+
+def _show_default(
+    channels: dict[str, NDArray[np.float32]], normal: NDArray[np.float32], plan: ChannelPlan
+) -> None:
+    """Surfaces without a material write no AOVs: give them Cycles' default surface."""
+    if "material_id" not in channels:
+        missing = channels["depth"][..., 0] > 0.0
+    else:
+        missing = (channels["depth"][..., 0] > 0.0) & (channels["material_id"][..., 0] == 0.0)
+    values: dict[str, Any] = {
+        "material_id": 1.0 + plan.material_names.index(NO_MATERIAL),
+        "normal": normal[missing],
+        "ambient_occlusion": 1.0,
+    }
+    for channel in CHANNELS:
+        if channel.name in channels and channel.name != "depth":
+            default = getattr(DEFAULT_SURFACE, channel.name, None)
+            fallback = default.values if isinstance(default, Constant) else channel.neutral
+            channels[channel.name][missing] = values.get(channel.name, fallback)
+
+
+def _check_finite(
+    channels: Mapping[str, NDArray[np.float32]],
+    materials: Sequence[SpecializedMaterial],
+    camera: CachingCamera,
+) -> None:
+    for name, pixels in channels.items():
+        broken = ~np.isfinite(pixels).all(axis=-1)
+        if not broken.any():
+            continue
+        number = 1
+        if "material_id" in channels:
+            number = int(np.nan_to_num(channels["material_id"][broken][0, 0]))
+        material = materials[number - 1].name if 0 < number <= len(materials) else "(none)"
+        raise InputError(
+            f"material '{material}' gives a {name} that is not finite (caching camera "
+            f"{camera.id}); mend its nodes"
+        )

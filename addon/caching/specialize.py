@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Splits a scene's materials into what is cached and what is shaded.
+
+For each material, a copy is made whose lobes (see `channels`) are read into expressions. What
+is the same constant in all materials becomes a constant of the plan; the rest is written into
+AOVs of the copies, which the bake renders in the materials' place (Ragan-Kelley et al. 2007,
+section 3, does the same with RenderMan shaders).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from typing import Any
+
+import bpy
+
+from ..scene.geometry_reader import NO_MATERIAL
+from .channels import CHANNELS, Channel
+from .plan import Approximation, ChannelPlan
+from .specialize_closures import DEFAULT_SURFACE, ShaderReader
+from .specialize_expression import ONE, Constant, Expression, Socket, is_zero
+from .specialize_lobes import Lobes, scale, shading_normal
+from .specialize_tree import TreeContext
+from .view_dependence import view_dependent_effects
+
+# AOVs are named after their channels behind this.
+AOV_PREFIX = "relume_"
+
+# Depth comes from Cycles' own pass; these two are not of a material.
+_NOT_LOBES = ("depth", "material_id", "normal", "ambient_occlusion")
+
+# Opaque at or above this share (the same rule as for rasterized triangles).
+CUT_OUT_AT = 0.5
+
+# Rays of Cycles' Ambient Occlusion node reach through any scene.
+_EVERYWHERE = 1e30
+
+
+@dataclass(frozen=True)
+class SpecializedMaterial:
+    """A material, its instrumented copy, and what the copy computes.
+
+    Attributes:
+        name: the material's name.
+        original: the material; None for surfaces without one.
+        copy: what takes its place in the bake.
+        context: the copy's node tree.
+        lobes: its channels as expressions in that tree.
+        effects: a sentence for each approximation.
+    """
+
+    name: str
+    original: Any
+    copy: Any
+    context: TreeContext | None
+    lobes: Lobes
+    effects: tuple[str, ...]
+
+
+@contextmanager
+def specialized(
+    material_names: Sequence[str], ambient_samples: int
+) -> Iterator[tuple[ChannelPlan, tuple[SpecializedMaterial, ...]]]:
+    """Instrumented copies of materials, in place of the materials while the block runs.
+
+    Args:
+        material_names: `SceneGeometry.material_names`.
+        ambient_samples: rays of the ambient occlusion channel; 0 leaves the channel out.
+
+    Afterwards every user has its own material again, and the copies are gone.
+    """
+    trees: list[Any] = []
+    materials: list[SpecializedMaterial] = []
+    swapped: list[SpecializedMaterial] = []
+    try:
+        materials.extend(_specialize(name, trees) for name in material_names)
+        plan = _plan(materials, ambient_samples > 0)
+        for number, material in enumerate(materials, start=1):
+            _instrument(material, number, plan, ambient_samples)
+        for material in materials:
+            if material.original is not None:
+                swapped.append(material)
+                material.original.user_remap(material.copy)
+        yield plan, tuple(materials)
+    finally:
+        for material in swapped:
+            material.copy.user_remap(material.original)
+        for material in materials:
+            if material.copy is not None:
+                bpy.data.materials.remove(material.copy)
+        for tree in trees:
+            if tree.users == 0:
+                bpy.data.node_groups.remove(tree)
+
+
+def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
+    original = bpy.data.materials.get(name) if name != NO_MATERIAL else None
+    if original is None:
+        return SpecializedMaterial(name, None, None, None, DEFAULT_SURFACE, ())
+    copy = original.copy()
+    copy.use_fake_user = False
+    tree = copy.node_tree
+    if tree is None:
+        colour = Constant(tuple(float(x) for x in original.diffuse_color[:3]))
+        return SpecializedMaterial(name, original, copy, None, Lobes(diffuse_color=colour), ())
+    reader = ShaderReader()
+    context = TreeContext(tree, trees)
+    output = _active_output(tree)
+    lobes = Lobes() if output is None else reader.shader(context, output.inputs["Surface"])
+    if output is not None and output.inputs["Volume"].is_linked:
+        reader.report("its volume is left out")
+    lobes = _unpremultiplied(context, lobes)
+    for effect in view_dependent_effects(original.node_tree, _exact_in(original, reader, copy)):
+        reader.report(effect)
+    return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))
+
+
+def _unpremultiplied(context: TreeContext, lobes: Lobes) -> Lobes:
+    """What the opaque part of a partly transparent surface looks like by itself."""
+    if is_zero(lobes.transparency):
+        return lobes
+    build = context.build
+    whole = build.divide(ONE, build.complement(lobes.transparency))
+    return replace(scale(build, lobes, whole), transparency=lobes.transparency)
+
+
+def _exact_in(original: Any, reader: ShaderReader, copy: Any) -> set[int]:
+    """The original's counterparts of the copy's nodes that are represented exactly."""
+    exact_names = {node.name for node in copy.node_tree.nodes if node.as_pointer() in reader.exact}
+    return {node.as_pointer() for node in original.node_tree.nodes if node.name in exact_names}
+
+
+def _active_output(tree: Any) -> Any:
+    """The output that Cycles renders."""
+    return tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
+
+
+def _plan(materials: Sequence[SpecializedMaterial], has_ambient: bool) -> ChannelPlan:
+    """What must be stored: whatever is not one constant over all materials."""
+    stored = ["depth"]
+    constants: dict[str, tuple[float, ...]] = {}
+    if len(materials) > 1:
+        stored.append("material_id")
+    else:
+        constants["material_id"] = (1.0,)
+    stored.append("normal")
+    for channel in CHANNELS:
+        if channel.name in _NOT_LOBES:
+            continue
+        value = _common_constant(channel, materials)
+        if value is None:
+            stored.append(channel.name)
+        elif value != channel.neutral:
+            constants[channel.name] = value
+    if has_ambient:
+        stored.append("ambient_occlusion")
+    return ChannelPlan(
+        stored=tuple(stored),
+        constants=constants,
+        material_names=tuple(material.name for material in materials),
+        approximations=tuple(
+            Approximation(material.name or "(none)", effect)
+            for material in materials
+            for effect in material.effects
+        ),
+    )
+
+
+def _common_constant(
+    channel: Channel, materials: Sequence[SpecializedMaterial]
+) -> tuple[float, ...] | None:
+    """The one value that a channel has in all materials; None if it varies.
+
+    Materials without a specular lobe have no say in its roughness.
+    """
+    values = set()
+    for material in materials:
+        if channel.name == "roughness" and not material.lobes.has_specular:
+            continue
+        expression = getattr(material.lobes, channel.name)
+        if not isinstance(expression, Constant):
+            return None
+        values.add(_widened(expression, channel))
+    if not values:
+        return channel.neutral
+    return values.pop() if len(values) == 1 else None
+
+
+def _widened(constant: Constant, channel: Channel) -> tuple[float, ...]:
+    values = tuple(float(x) for x in constant.values)
+    return values if len(values) == channel.components else values[:1] * channel.components
+
+
+def _instrument(
+    material: SpecializedMaterial, number: int, plan: ChannelPlan, ambient_samples: int
+) -> None:
+    """Write the stored channels into AOVs, and make the surface a plain cut-out.
+
+    A hard cut-out keeps the bake in step with the rasterized view. AOVs are multiplied by it:
+    with `pass_alpha_threshold` above zero Cycles adds the AOVs of all surfaces up to the first
+    that is opaque, so those that are cut away must add nothing.
+    """
+    if material.copy is None:
+        return
+    context = material.context
+    if context is None:
+        context = TreeContext(material.copy.node_tree, [])
+    build = context.build
+    tree = context.tree
+    opacity = build.at_least(build.complement(material.lobes.transparency), CUT_OUT_AT)
+    normal = material.lobes.normal or shading_normal(build)
+    for channel in CHANNELS:
+        if channel.name not in plan.stored or channel.name == "depth":
+            continue
+        expression: Expression
+        if channel.name == "material_id":
+            expression = Constant((float(number),))
+        elif channel.name == "normal":
+            expression = normal
+        elif channel.name == "ambient_occlusion":
+            expression = _ambient_occlusion(context, normal, ambient_samples)
+        else:
+            expression = getattr(material.lobes, channel.name)
+        aov = tree.nodes.new("ShaderNodeOutputAOV")
+        aov.aov_name = AOV_PREFIX + channel.name
+        socket = aov.inputs["Value" if channel.components == 1 else "Color"]
+        value = build.convert(expression, channel.components, "VALUE")
+        build.assign(socket, build.multiply(value, opacity))
+    _make_cut_out(context, opacity)
+
+
+def _ambient_occlusion(context: TreeContext, normal: Expression, samples: int) -> Expression:
+    node = context.tree.nodes.new("ShaderNodeAmbientOcclusion")
+    node.samples = samples
+    node.inputs["Distance"].default_value = _EVERYWHERE
+    context.build.assign(node.inputs["Normal"], normal)
+    return Socket(node, "AO", 1)
+
+
+def _make_cut_out(context: TreeContext, opacity: Expression) -> None:
+    """Surface: nothing that reflects, so that Cycles looks for no light; displacement stays."""
+    tree = context.tree
+    output = _active_output(tree)
+    if output is None:
+        output = tree.nodes.new("ShaderNodeOutputMaterial")
+    for link in list(output.inputs["Volume"].links):
+        tree.links.remove(link)
+    # Not an emission of strength 0: Cycles drops that, and the surface with it.
+    black = tree.nodes.new("ShaderNodeBsdfDiffuse")
+    black.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    clear = tree.nodes.new("ShaderNodeBsdfTransparent")
+    blend = tree.nodes.new("ShaderNodeMixShader")
+    context.build.assign(blend.inputs[0], opacity)
+    tree.links.new(clear.outputs[0], blend.inputs[1])
+    tree.links.new(black.outputs[0], blend.inputs[2])
+    tree.links.new(blend.outputs[0], output.inputs["Surface"])

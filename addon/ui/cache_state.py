@@ -6,7 +6,7 @@ Panels are drawn many times a second, so the manifest is read again only when it
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +34,14 @@ class CacheState:
 
 
 _last: tuple[tuple[Path, int, bool], CacheState] | None = None
+# Whether the scene still was what a cache was baked from, when a picture was last drawn.
+_stale: dict[tuple[Path, int], bool] = {}
+
+
+def note_staleness(folder: Path, stamp: int, is_stale: bool) -> None:
+    """Comparing a scene with its cache takes too long for a panel: who does, says so here."""
+    _stale.clear()
+    _stale[folder, stamp] = is_stale
 
 
 def read_cache_state(scene: Any) -> CacheState:
@@ -47,7 +55,13 @@ def read_cache_state(scene: Any) -> CacheState:
     key = (folder, cache_stamp(folder), placed)
     if _last is None or _last[0] != key:
         _last = (key, _read(folder, placed))
-    return _last[1]
+    state = _last[1]
+    if _stale.get(key[:2], False):
+        text = "Stale: shapes or materials changed after the bake"
+        return replace(state, icon="ERROR", details=(text,))
+    if (key[:2] in _stale) and not state.details:
+        return replace(state, details=("Current: baked from the scene as it is",))
+    return state
 
 
 def _read(folder: Path, placed: bool) -> CacheState:

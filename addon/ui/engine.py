@@ -14,7 +14,7 @@ from ..progress import Cancelled
 from ..scene.view import View
 from ..scene.view_reader import find_camera, read_view
 from . import compatible_panels
-from .scene_session import SceneSession, describe_holes
+from .scene_session import STALE, SceneSession
 from .unbaked_picture import draw_unbaked
 from .viewport import Viewport
 
@@ -56,7 +56,9 @@ class RelumeEngine(bpy.types.RenderEngine):
         opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
         opened.session.set_view(view)
         picture = opened.session.render(self._progress)
-        self.update_stats("", f"Relume: {describe_holes(picture.coverage)}")
+        self.update_stats("", f"Relume: {opened.describe()}")
+        if opened.is_stale:
+            self.report({"WARNING"}, f"Relume: {STALE}")
         for warning in opened.warnings:
             self.report({"INFO"}, f"Relume: {warning}")
         return picture.combined

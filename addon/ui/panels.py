@@ -17,7 +17,11 @@ from .engine import ENGINE
 # A longer list would push everything else out of the panel.
 MOST_LINES = 8
 # Mean width of a letter in Blender's interface font at a scale of 1, in pixels.
-CHARACTER_WIDTH = 5.5
+CHARACTER_WIDTH = 6.2
+# What a line in the box loses to margins and its icon, in the same unit; and the fewest letters
+# that it still makes sense to break a line at.
+MARGIN = 65.0
+MOST_NARROW = 16
 
 
 class _RenderPanel:
@@ -61,12 +65,10 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
             row.operator("relume.bake", icon="RENDER_STILL")
             if any(MARK in child for child in context.scene.collection.children):
                 row.operator("relume.hide_cameras", text="", icon="HIDE_ON")
-        characters = max(20, int(context.region.width / (CHARACTER_WIDTH * _scale(context))) - 6)
+        scale = context.preferences.system.ui_scale
+        room = context.region.width / scale - MARGIN
+        characters = max(MOST_NARROW, int(room / CHARACTER_WIDTH))
         draw_state(layout, read_cache_state(context.scene), characters)
-
-
-def _scale(context: Any) -> float:
-    return float(context.preferences.system.ui_scale)
 
 
 def draw_state(layout: Any, state: CacheState, characters: int) -> None:

@@ -5,15 +5,18 @@ from __future__ import annotations
 
 from typing import Any
 
+from ..caching.fingerprint import scene_fingerprint
 from ..caching.store import CacheStore
-from ..corrmap.correspondence import Coverage
 from ..relight.session import RelightSession
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_reader import read_lights
 from ..scene.world_reader import read_world
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
+from .cache_state import note_staleness
 from .scene_changes import SceneChanges
+
+STALE = "shapes or materials changed after the bake: bake again"
 
 
 class SceneSession:
@@ -22,6 +25,7 @@ class SceneSession:
     Attributes:
         session: the session itself.
         stamp: the cache's `cache_stamp` when it was opened.
+        is_stale: shapes or materials are no longer those that were baked.
     """
 
     def __init__(self, depsgraph: Any, samples: int) -> None:
@@ -34,20 +38,24 @@ class SceneSession:
         Raises:
             InputError: there is no cache, or it or the scene cannot be used.
         """
-        folder = cache_folder(depsgraph.scene)
-        self.stamp = cache_stamp(folder)
-        store = CacheStore.open(folder)
-        geometry = read_geometry(depsgraph)
-        self.session = RelightSession(geometry, store, samples)
-        self._warnings = {"geometry": geometry.warnings}
+        self._folder = cache_folder(depsgraph.scene)
+        self.stamp = cache_stamp(self._folder)
+        store = CacheStore.open(self._folder)
+        self._fingerprint = store.manifest.fingerprint
+        self._geometry = read_geometry(depsgraph)
+        self.session = RelightSession(self._geometry, store, samples)
+        self._warnings = {"geometry": self._geometry.warnings}
+        self._check()
         self.update(depsgraph, SceneChanges(lights=True, world=True))
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:
         """Tell the session what changed in the scene."""
         if changes.geometry:
-            geometry = read_geometry(depsgraph)
-            self.session.set_geometry(geometry)
-            self._warnings["geometry"] = geometry.warnings
+            self._geometry = read_geometry(depsgraph)
+            self.session.set_geometry(self._geometry)
+            self._warnings["geometry"] = self._geometry.warnings
+        if changes.geometry or changes.materials:
+            self._check()
         if changes.lights:
             lights = read_lights(depsgraph)
             self.session.set_lights(lights)
@@ -57,15 +65,21 @@ class SceneSession:
             self.session.set_world(world)
             self._warnings["world"] = world.warnings if world is not None else ()
 
+    def _check(self) -> None:
+        self.is_stale = scene_fingerprint(self._geometry) != self._fingerprint
+        note_staleness(self._folder, self.stamp, self.is_stale)
+
+    def describe(self) -> str:
+        """What the status line says about the cache."""
+        coverage = self.session.coverage
+        if coverage.hole_fraction == 0.0:
+            text = "all of the picture is in the cache"
+        else:
+            text = f"{100.0 * coverage.hole_fraction:.2f} % of the picture is not in the cache"
+        return f"{text}; {STALE}" if self.is_stale else text
+
     @property
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each thing that is left out or approximated; materials are listed
         with the cache."""
         return tuple(text for part in self._warnings.values() for text in part)
-
-
-def describe_holes(coverage: Coverage) -> str:
-    """How much of the picture the cache does not show, for the status line."""
-    if coverage.hole_fraction == 0.0:
-        return "all of the picture is in the cache"
-    return f"{100.0 * coverage.hole_fraction:.2f} % of the picture is not in the cache"

@@ -18,7 +18,7 @@ from . import job
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key
-from .scene_session import SceneSession, describe_holes
+from .scene_session import SceneSession
 from .unbaked_picture import draw_unbaked
 
 if TYPE_CHECKING:
@@ -42,7 +42,6 @@ class Viewport:
         self._changes: SceneChanges = NOTHING
         self._key = 0
         self._key_is_old = True
-        self._materials_changed = False
         self._unbaked_view: View | None = None
         self._texture: gpu.types.GPUTexture | None = None
 
@@ -90,10 +89,8 @@ class Viewport:
             engine.update_stats("Relume", "loading the cache")
             self._failed_stamp = stamp
             self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
-            self._materials_changed = False
         elif changes:
             self._opened.update(depsgraph, changes)
-            self._materials_changed |= changes.materials
         self._error = ""
 
     def _fail(self, message: str) -> None:
@@ -118,11 +115,7 @@ class Viewport:
         return False
 
     def _status(self, opened: SceneSession, target: int) -> str:
-        done = opened.session.samples_done
-        text = f"sample {done}/{target}, {describe_holes(opened.session.coverage)}"
-        if self._materials_changed:
-            text += "; a material changed after the bake: bake again to see it"
-        return text
+        return f"sample {opened.session.samples_done}/{target}, {opened.describe()}"
 
     def _show(self, engine: bpy.types.RenderEngine, scene: Any, view: View) -> None:
         """Draw the picture, scene-linear: Blender applies the scene's view transform."""

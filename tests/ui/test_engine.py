@@ -145,3 +145,17 @@ def test_the_panel_tells_the_caches_state(scene: Any) -> None:
     state = read_cache_state(scene)
     assert state.icon == "ERROR"
     assert "damaged" in state.summary
+
+
+def test_a_stale_cache_is_shown_with_a_word(scene: Any) -> None:
+    baked(scene)
+    f12(scene)
+    current = read_cache_state(scene)
+    assert current.icon == "CHECKMARK"
+    assert "Current" in current.details[0]
+    bpy.data.objects["Cube"].location.x += 0.5
+    picture = f12(scene)
+    assert picture[..., :3].max() > 0.1
+    state = read_cache_state(scene)
+    assert state.icon == "ERROR"
+    assert "Stale" in state.details[0]

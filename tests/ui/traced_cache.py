@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from addon.caching.fingerprint import scene_fingerprint
 from addon.caching.plan import Approximation, ChannelPlan
 from addon.caching.store import CacheStore, Manifest
 from addon.scene.depsgraph_reader import with_render_depsgraph
@@ -28,6 +29,7 @@ def write_traced_cache(
 ) -> None:
     """White Lambert surfaces, seen by one cube camera."""
     geometry = with_render_depsgraph(scene, read_geometry)
+    fingerprint = scene_fingerprint(geometry)
     tracer = synthetic.Tracer(geometry)
     plan = ChannelPlan(
         ("depth", "material_id", "normal", "diffuse_color"),
@@ -36,9 +38,9 @@ def write_traced_cache(
         (Approximation("Glass", "is shown as glossy"),),
     )
     cameras = tuple(synthetic.cube_cameras(center, resolution))
-    store = CacheStore.create(folder, Manifest("traced", {}, plan, cameras))
+    store = CacheStore.create(folder, Manifest(fingerprint, {}, plan, cameras))
     finished = {
         camera.id: store.write_camera(synthetic.trace_framebuffer(geometry, tracer, camera, _white))
         for camera in cameras
     }
-    store.write_manifest(Manifest("traced", {}, plan, cameras, finished))
+    store.write_manifest(Manifest(fingerprint, {}, plan, cameras, finished))

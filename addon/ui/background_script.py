@@ -5,7 +5,8 @@
 
 REQUEST is one JSON object, made by `job`: `paths` (added to sys.path, so that the extension's
 wheels are found although the child starts without the artist's preferences), `blend` (opened
-here where the program is plain Python with bpy), `verb` and `arguments`.
+here where the program is plain Python with bpy) and `steps`, a list of verbs with their
+arguments; the first that fails ends the work.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from typing import Any
 
 FOLDER = Path(__file__).resolve().parent.parent
 PACKAGE = "relume_background"
+# Verb -> the module whose main(arguments) does it and returns the exit status.
+MODULES = {"place": ".ui.background_place", "bake": ".batch"}
 
 
 def end_with_parent() -> None:
@@ -61,8 +64,11 @@ def main(request: dict[str, Any]) -> int:
         import bpy
 
         bpy.ops.wm.open_mainfile(filepath=request["blend"], load_ui=False)
-    module = {"place": ".ui.background_place", "bake": ".batch"}[request["verb"]]
-    return int(importlib.import_module(module, PACKAGE).main(request["arguments"]))
+    for verb, arguments in request["steps"]:
+        status = int(importlib.import_module(MODULES[verb], PACKAGE).main(arguments))
+        if status != 0:
+            return status
+    return 0
 
 
 def _open_file() -> str:

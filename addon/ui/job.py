@@ -22,6 +22,9 @@ from .background_process import BackgroundProcess
 
 SCRIPT = Path(__file__).with_name("background_script.py")
 
+# A verb of background_script and its arguments.
+Step = tuple[str, Sequence[str]]
+
 _current: Job | None = None
 
 
@@ -38,7 +41,7 @@ class Job:
         done: it has ended.
     """
 
-    def __init__(self, label: str, scene: Any, verb: str, arguments: Sequence[str]):
+    def __init__(self, label: str, scene: Any, steps: Sequence[Step]):
         self.label = label
         self.scene_uid = scene.session_uid
         self.fraction = 0.0
@@ -49,7 +52,7 @@ class Job:
         self._folder = Path(tempfile.mkdtemp(prefix="relume-"))
         try:
             blend = save_copy(self._folder)
-            self._process = BackgroundProcess(command(blend, verb, arguments))
+            self._process = BackgroundProcess(command(blend, steps))
         except BaseException:
             shutil.rmtree(self._folder, ignore_errors=True)
             raise
@@ -107,13 +110,12 @@ def save_copy(folder: Path) -> Path:
     return blend
 
 
-def command(blend: Path, verb: str, arguments: Sequence[str]) -> list[str]:
+def command(blend: Path, steps: Sequence[Step]) -> list[str]:
     """The child's command line: Blender itself, or Python where bpy is a module of it."""
     request = {
         "paths": [path for path in sys.path if path],
         "blend": str(blend),
-        "verb": verb,
-        "arguments": list(arguments),
+        "steps": [[verb, list(arguments)] for verb, arguments in steps],
     }
     tail = [str(SCRIPT), "--", json.dumps(request)]
     if not bpy.app.binary_path:
@@ -129,8 +131,8 @@ def current() -> Job | None:
     return _current if _current is not None and not _current.done else None
 
 
-def start(label: str, scene: Any, verb: str, arguments: Sequence[str]) -> Job:
-    """Start a job.
+def start(label: str, scene: Any, steps: Sequence[Step]) -> Job:
+    """Start a job whose steps are done one after the other.
 
     Raises:
         InputError: another one is under way, or the copy could not be saved.
@@ -138,7 +140,7 @@ def start(label: str, scene: Any, verb: str, arguments: Sequence[str]) -> Job:
     global _current  # noqa: PLW0603 - one at a time in a program, whatever file is open
     if current() is not None:
         raise InputError("Relume is already at work; wait for it or cancel it")
-    _current = Job(label, scene, verb, arguments)
+    _current = Job(label, scene, steps)
     return _current
 
 

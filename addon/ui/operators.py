@@ -121,6 +121,14 @@ class _JobOperator:
         return {"CANCELLED"}
 
 
+def _place_step(scene: Any) -> job.Step:
+    settings = scene.relume
+    arguments = ["--out", str(cache_folder(scene) / PLACEMENT_NAME)]
+    arguments += ["--primaries", str(settings.primaries)]
+    arguments += ["--secondaries", str(settings.secondaries)]
+    return "place", arguments
+
+
 class RELUME_OT_place(_JobOperator, bpy.types.Operator):
     """Starts camera placement, and shows its result."""
 
@@ -130,12 +138,7 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def start(self, scene: Any) -> job.Job:
-        settings = scene.relume
-        target = cache_folder(scene) / PLACEMENT_NAME
-        arguments = ["--out", str(target)]
-        arguments += ["--primaries", str(settings.primaries)]
-        arguments += ["--secondaries", str(settings.secondaries)]
-        return job.start("Placing caching cameras", scene, "place", arguments)
+        return job.start("Placing caching cameras", scene, [_place_step(scene)])
 
     def finish(self, scene: Any) -> str:
         cameras = read_cameras(cache_folder(scene) / PLACEMENT_NAME)
@@ -156,14 +159,21 @@ class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
 
     def start(self, scene: Any) -> job.Job:
         folder = cache_folder(scene)
-        arguments = ["--cache", str(folder), "--preset", scene.relume.preset, "--progress-json"]
         placement = folder / PLACEMENT_NAME
-        if placement.exists():
-            arguments += ["--placement", str(placement)]
-        return job.start("Baking", scene, "bake", arguments)
+        steps = [] if placement.exists() else [_place_step(scene)]
+        # The artist's own folder: what an older state of the scene left there is replaced.
+        arguments = ["--cache", str(folder), "--placement", str(placement)]
+        arguments += ["--preset", scene.relume.preset, "--resume", "--overwrite"]
+        return job.start("Baking", scene, [*steps, ("bake", arguments)])
 
     def finish(self, scene: Any) -> str:
-        return f"Baked into {cache_folder(scene)}"
+        result = self._job.result
+        message = f"Baked {result.get('baked', 0)} cameras into {cache_folder(scene)}"
+        if result.get("kept"):
+            message += f", kept {result['kept']}"
+        if result.get("approximations"):
+            message += f"; {len(result['approximations'])} approximations, listed in the panel"
+        return message
 
 
 class RELUME_OT_cancel(bpy.types.Operator):

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 import pytest
 
+from addon.caching.store import CacheStore
 from addon.camplace.cameras_file import read_cameras
 from addon.errors import InputError
 from addon.ui import job
@@ -68,19 +69,19 @@ def test_relative_paths_lead_to_the_same_file_from_the_copy(
 
 def test_the_request_survives_the_command_line(extension: None, tmp_path: Path) -> None:
     words = ["--cache", str(tmp_path / "with space 'and' quotes")]
-    command = job.command(tmp_path / "a b.blend", "bake", words)
+    command = job.command(tmp_path / "a b.blend", [("bake", words)])
     request = json.loads(command[-1])
     assert command[-2] == "--"
-    assert request["arguments"] == words
+    assert request["steps"] == [["bake", words]]
     assert request["blend"] == str(tmp_path / "a b.blend")
 
 
 def test_only_one_at_a_time(extension: None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(job, "command", lambda *_: ["sleep", "60"])
     scene: Any = bpy.context.scene
-    first = job.start("Placing", scene, "place", [])
+    first = job.start("Placing", scene, [])
     with pytest.raises(InputError, match="already"):
-        job.start("Baking", scene, "bake", [])
+        job.start("Baking", scene, [])
     scene.relume.cache_folder = "/anywhere"
     assert not bpy.ops.relume.bake.poll()
     job.stop_current()
@@ -123,3 +124,25 @@ def test_place_in_the_background(extension: None, tmp_path: Path) -> None:
     # The new collection is an edit of the file, which asks to be saved.
     del before["dirty"], after["dirty"]
     assert after == before
+
+
+def test_bake_in_the_background_places_first_and_then_keeps_what_is_there(
+    extension: None, tmp_path: Path
+) -> None:
+    scene: Any = bpy.context.scene
+    folder = tmp_path / "cache"
+    scene.relume.cache_folder = str(folder)
+    scene.relume.primaries, scene.relume.secondaries, scene.relume.preset = 1, 0, "draft"
+    bpy.ops.mesh.primitive_plane_add(size=20.0, location=(0.0, 0.0, -1.0))
+    before = session_state()
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    assert session_state() == before
+    store = CacheStore.open(folder)
+    placed = read_cameras(folder / PLACEMENT_NAME)
+    assert len(store.cameras) == len(placed) > 0
+    files = {path.name: path.stat().st_mtime_ns for path in folder.rglob("*.exr")}
+    assert len(files) == len(placed)
+    # Nothing changed, so nothing is baked again; and no half-written file is about.
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    assert {path.name: path.stat().st_mtime_ns for path in folder.rglob("*.exr")} == files
+    assert not list(folder.rglob("*.part"))

@@ -22,7 +22,11 @@ from addon.progress import Progress
 from .output import part_of, progress_on, standard_output, to_json
 
 if TYPE_CHECKING:
+    from addon.camplace.placement import Placement
+    from addon.scene.view import View
+
     from .evaluation import EvaluatedView
+    from .relit import SceneArrays
 
 # Samples of a relit pixel, and of a reference's for each light: the reference's noise is then
 # more than 6 dB below the error (the report says by how much).
@@ -54,8 +58,10 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
     Raises:
         InputError: the folder cannot be written.
     """
+    from addon.caching.bake import BakeSettings
+
     from . import demo_scene, reference
-    from .baking import prepare_cache
+    from .baking import Baking
     from .relit import read_scene, read_views
     from .scene_file import open_scene
 
@@ -69,20 +75,22 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
         scene.frame_set(frame)
         shots.append((frame, read_views(scene, [None])[0]))
     stages.end("build the scene")
-    cache = prepare_cache(
-        scene, arrays, [view for _, view in shots], out, part_of(progress, 0.03, 0.40)
-    )
-    stages.end("place and bake")
-    before, after = _relight(scene, arrays, out, shots, part_of(progress, 0.40, 0.50))
+    placement = _place(scene, arrays, out, part_of(progress, 0.02, 0.12))
+    stages.end("place the caching cameras")
+    settings = BakeSettings(preset="balanced", overwrite=True)
+    baking = Baking(scene, arrays.geometry, out / "cache", settings)
+    baked = baking.run(placement.cameras, part_of(progress, 0.12, 0.25))
+    stages.end("bake")
+    before, after = _relight(scene, arrays, out, shots, part_of(progress, 0.25, 0.50))
     stages.end("relight")
     reference.prepare(scene)
     _measure(scene, before, after, part_of(progress, 0.50, 0.98))
     stages.end("render and measure the references")
-    report = {
+    report: dict[str, Any] = {
         "scene": {"file": str(out / "room.blend"), "triangles": len(arrays.geometry)},
-        "cache": cache,
+        "bake": baked.to_json(),
         "edits": demo_scene.LIGHT_EDITS,
-        "warnings": list(arrays.warnings),
+        "warnings": [*arrays.warnings, *placement.warnings, *baked.approximations],
         "views": [view.report for view in (*before, *after)],
         "seconds": stages.seconds,
     }
@@ -93,10 +101,32 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
     return report
 
 
+def _place(scene: Any, arrays: SceneArrays, out: Path, progress: Progress) -> Placement:
+    """Place the cameras for the shot, and draw them."""
+    from addon.camplace.place import place_cameras
+    from addon.camplace.settings import PlacementSettings
+    from addon.scene.shot_reader import read_shot
+
+    from .place_picture import draw_placement
+
+    views, settings = read_shot(scene), PlacementSettings()
+    placement = place_cameras(arrays.geometry, views, settings, part_of(progress, 0.0, 0.9))
+    progress(0.9, "drawing the cameras")
+    draw_placement(arrays.geometry, placement, out / "cameras.png")
+    return placement
+
+
 def _relight(
-    scene: Any, arrays: Any, out: Path, shots: Sequence[tuple[int, Any]], progress: Progress
+    scene: Any,
+    arrays: SceneArrays,
+    out: Path,
+    shots: Sequence[tuple[int, View]],
+    progress: Progress,
 ) -> tuple[list[EvaluatedView], list[EvaluatedView]]:
-    """All shots with the scene's lights, and the first and third again with edited ones."""
+    """All shots with the scene's lights, and every other one again with edited ones.
+
+    An edit follows its shot at once, so that the session keeps the layers of the other lights.
+    """
     from addon.relight.edits import applied_edits
 
     from . import demo_scene
@@ -104,26 +134,22 @@ def _relight(
     from .relit import open_session, read_lights_again
 
     progress(0.0, "loading the cache")
-    session = open_session(arrays, out / "cache", SAMPLES)
     with applied_edits(scene, demo_scene.LIGHT_EDITS):
-        edited_lights = read_lights_again(scene)
-    rounds = [("", arrays.lights, shots), (" edited", edited_lights, shots[::2])]
-    count = sum(len(chosen) for _, _, chosen in rounds)
-    results: list[list[EvaluatedView]] = []
-    done = 0
-    for suffix, lights, chosen in rounds:
-        session.set_lights(lights)
-        views = []
-        for frame, view in chosen:
+        edited = read_lights_again(scene)
+    session = open_session(arrays, out / "cache", SAMPLES)
+    before: list[EvaluatedView] = []
+    after: list[EvaluatedView] = []
+    rounds = [("", arrays.lights, before), (" edited", edited, after)]
+    for number, (frame, view) in enumerate(shots):
+        step = part_of(progress, (number + 0.5) / 4.5, (number + 1.5) / 4.5)
+        for suffix, lights, results in rounds[: 2 - number % 2]:
             name = f"frame {frame:03d}{suffix}"
-            step = part_of(progress, done / count, (done + 1) / count)
             step(0.0, f"relighting {name}")
+            session.set_lights(lights)
             shot = Shot(name, frame, view, out / name.replace(" ", "_"))
-            views.append(relight_view(session, shot, step))
-            views[-1].write_relit(scene)
-            done += 1
-        results.append(views)
-    return results[0], results[1]
+            results.append(relight_view(session, shot, step))
+            results[-1].write_relit(scene)
+    return before, after
 
 
 def _measure(
@@ -162,7 +188,7 @@ def _write_sheet(
     """The contact sheet: every view, and the cameras in the scene."""
     from .contact_sheet import Cell, Row, write_sheet
 
-    cameras = report["cache"]["cameras"]
+    cameras = report["bake"]["cameras"]
     triangles = report["scene"]["triangles"]
     rows = [view.row(f"Frame {view.shot.frame}") for view in before]
     rows += [

@@ -115,6 +115,9 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
     from addon.caching.store import CacheStore
     from addon.relight.session import RelightSession
 
+    from .baking import check_cache
+
+    check_cache(arrays.geometry, cache)
     gpu.init()
     session = RelightSession(arrays.geometry, CacheStore.open(cache), samples)
     session.set_lights(arrays.lights)

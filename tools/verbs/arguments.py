@@ -13,6 +13,8 @@ from addon.camplace.settings import PlacementSettings
 
 # Samples of a relit pixel: its error at edges is then below the caching's (docs/accuracy.md).
 RELIGHT_SAMPLES = 16
+# As in addon/caching/bake.py, which imports bpy; a test compares them.
+PRESETS = ("draft", "balanced", "final")
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
@@ -23,6 +25,13 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 def add_cache(parser: argparse.ArgumentParser) -> None:
     """The cache folder."""
     parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
+
+
+def add_preset(parser: argparse.ArgumentParser) -> None:
+    """How fine a bake is."""
+    parser.add_argument(
+        "--preset", choices=PRESETS, default="balanced", help="how fine (default: %(default)s)"
+    )
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:

@@ -43,15 +43,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Relight, render, measure and write the report."""
-    from addon.relight.edits import applied_edits, load_edits
+    from addon.caching.bake import BakeSettings
+    from addon.relight.edits import applied_edits, read_edits
 
     from .. import evaluation, reference
-    from ..baking import ensure_cache
+    from ..baking import Baking, cached_cameras
     from ..contact_sheet import write_sheet
     from ..relit import camera_names, open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
 
-    edits = load_edits(args.lights) if args.lights is not None else {}
+    edits = read_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     if args.frame is not None:
@@ -62,7 +63,9 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         arrays = read_scene(scene)
         shown = read_views(scene, names, args.size)
     require_light(scene, arrays)
-    ensure_cache(scene, arrays, cache, args.preset, part_of(progress, 0.02, 0.4))
+    settings = BakeSettings(preset=args.preset, resume=True)
+    baking = Baking(scene, arrays.geometry, cache, settings)
+    baked = baking.run(cached_cameras(cache), part_of(progress, 0.02, 0.4))
     with applied_edits(scene, edits):
         session = open_session(arrays, cache, args.samples)
         views = []
@@ -85,7 +88,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "scene": str(args.scene),
         "cache": str(cache),
         "triangles": len(arrays.geometry),
-        "warnings": list(arrays.warnings),
+        "bake": baked.to_json(),
+        "warnings": [*arrays.warnings, *baked.approximations],
         "views": [view.report for view in views],
         "contact_sheet": str(sheet),
     }

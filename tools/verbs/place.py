@@ -38,17 +38,18 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Place, and write what was asked for."""
     from addon.camplace.cameras_file import write_cameras
     from addon.camplace.place import place_cameras
+    from addon.scene.shot_reader import read_shot
 
-    from ..placing import read_weights, shot_views, with_weights
     from ..relit import read_scene
     from ..scene_file import open_scene
+    from ..weights import read_weights, with_weights
 
     weights = read_weights(args.weights) if args.weights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     progress(0.05, "reading the scene")
     geometry = with_weights(read_scene(scene).geometry, weights)
-    views = shot_views(scene)
+    views = read_shot(scene)
     settings = arguments.placement_settings(args, bounds=args.box)
     placement = place_cameras(geometry, views, settings, part_of(progress, 0.1, 0.9))
     written = []

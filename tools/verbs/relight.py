@@ -41,14 +41,14 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     if suffix not in (".exr", ".png"):
         raise InputError(f"{args.out} is neither an .exr nor a .png file; name one of these.")
 
-    from addon.relight.edits import applied_edits, load_edits
+    from addon.relight.edits import applied_edits, read_edits
 
     from ..display import write_display_png
     from ..picture_file import write_exr
     from ..relit import open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
 
-    edits = load_edits(args.lights) if args.lights is not None else {}
+    edits = read_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     if args.frame is not None:

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""`relume bake SCENE.blend`: deep framebuffers into a cache."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from addon.progress import Progress
+
+from ..output import part_of
+from . import arguments
+
+NAME = "bake"
+HELP = "Bake SCENE.blend into a cache folder, placing the caching cameras first if need be."
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The verb's arguments."""
+    arguments.add_scene(parser)
+    arguments.add_cache(parser)
+    arguments.add_preset(parser)
+    parser.add_argument(
+        "--placement", type=Path, metavar="CAMERAS.json",
+        help="cameras that `relume place --out` wrote (default: the cache's, or placed now)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--cameras", type=arguments.numbers, metavar="0-7", help="bake these alone (default: all)"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="keep what an earlier bake has finished"
+    )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace another scene's cache in the folder"
+    )
+
+
+def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
+    """Bake."""
+    from addon.caching.bake import BakeSettings
+    from addon.camplace.cameras_file import read_cameras
+
+    from ..baking import Baking, cached_cameras
+    from ..relit import read_scene
+    from ..scene_file import open_scene
+
+    cameras = read_cameras(args.placement) if args.placement is not None else ()
+    if not cameras and (args.resume or args.cameras is not None):
+        cameras = cached_cameras(args.cache)
+    progress(0.0, f"opening {args.scene.name}")
+    scene = open_scene(args.scene)
+    progress(0.02, "reading the scene")
+    arrays = read_scene(scene)
+    settings = BakeSettings(
+        preset=args.preset,
+        only=None if args.cameras is None else frozenset(args.cameras),
+        resume=args.resume,
+        overwrite=args.overwrite,
+    )
+    step = part_of(progress, 0.05, 1.0)
+    report = Baking(scene, arrays.geometry, args.cache, settings).run(cameras, step)
+    warnings = [*arrays.warnings, *report.approximations]
+    return {"cache": str(args.cache), **report.to_json(), "warnings": warnings}
+
+
+def describe(report: dict[str, Any]) -> str:
+    """The result for a person."""
+    lines = [f"note: {warning}" for warning in report["warnings"]]
+    seconds = sum(report["seconds"].values())
+    lines.append(
+        f"{report['cache']}: {report['baked']} of {report['cameras']} cameras baked, "
+        f"{report['kept']} kept, {report['texels'] / 1e6:.1f} million texels of "
+        f"{len(report['channels'])} channels, {report['stored_bytes'] / 1e6:.0f} MB, "
+        f"{seconds:.1f} s"
+    )
+    return "\n".join(lines)

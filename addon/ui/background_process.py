@@ -63,6 +63,11 @@ class BackgroundProcess:
         return events
 
     @property
+    def pid(self) -> int:
+        """The child's process number."""
+        return self._process.pid
+
+    @property
     def status(self) -> int | None:
         """The exit status once the child has ended and all it said has been read, else None."""
         if any(reader.is_alive() for reader in self._readers):

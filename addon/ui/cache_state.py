@@ -77,7 +77,7 @@ def _read(folder: Path, placed: bool) -> CacheState:
     size = sum(record.size for record in manifest.finished.values())
     size += manifest.world.size if manifest.world is not None else 0
     if baked < wanted:
-        summary, icon = f"{baked} of {wanted} cameras baked; Bake goes on", "ERROR"
+        summary, icon = f"{baked} of {wanted} cameras baked", "INFO"
     else:
         summary, icon = f"{baked} cameras baked", "CHECKMARK"
     return CacheState(

@@ -41,7 +41,7 @@ class Job:
         done: it has ended.
     """
 
-    def __init__(self, label: str, scene: Any, steps: Sequence[Step]):
+    def __init__(self, label: str, scene: Any, target: Path, steps: Sequence[Step]):
         self.label = label
         self.scene_uid = scene.session_uid
         self.fraction = 0.0
@@ -49,6 +49,7 @@ class Job:
         self.result: dict[str, Any] = {}
         self.error = ""
         self.done = False
+        self._target = target
         self._folder = Path(tempfile.mkdtemp(prefix="relume-"))
         try:
             blend = save_copy(self._folder)
@@ -90,6 +91,9 @@ class Job:
         self.done = True
         self._process.stop()
         shutil.rmtree(self._folder, ignore_errors=True)
+        # What a stopped child was just writing; its number is in the temporary name.
+        for part in self._target.rglob(f".*.{self._process.pid}.part"):
+            part.unlink(missing_ok=True)
 
 
 def save_copy(folder: Path) -> Path:
@@ -131,8 +135,8 @@ def current() -> Job | None:
     return _current if _current is not None and not _current.done else None
 
 
-def start(label: str, scene: Any, steps: Sequence[Step]) -> Job:
-    """Start a job whose steps are done one after the other.
+def start(label: str, scene: Any, target: Path, steps: Sequence[Step]) -> Job:
+    """Start a job whose steps, done one after the other, write into the folder `target`.
 
     Raises:
         InputError: another one is under way, or the copy could not be saved.
@@ -140,7 +144,7 @@ def start(label: str, scene: Any, steps: Sequence[Step]) -> Job:
     global _current  # noqa: PLW0603 - one at a time in a program, whatever file is open
     if current() is not None:
         raise InputError("Relume is already at work; wait for it or cancel it")
-    _current = Job(label, scene, steps)
+    _current = Job(label, scene, target, steps)
     return _current
 
 

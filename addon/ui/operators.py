@@ -138,7 +138,8 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def start(self, scene: Any) -> job.Job:
-        return job.start("Placing caching cameras", scene, [_place_step(scene)])
+        steps = [_place_step(scene)]
+        return job.start("Placing caching cameras", scene, cache_folder(scene), steps)
 
     def finish(self, scene: Any) -> str:
         cameras = read_cameras(cache_folder(scene) / PLACEMENT_NAME)
@@ -164,7 +165,7 @@ class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
         # The artist's own folder: what an older state of the scene left there is replaced.
         arguments = ["--cache", str(folder), "--placement", str(placement)]
         arguments += ["--preset", scene.relume.preset, "--resume", "--overwrite"]
-        return job.start("Baking", scene, [*steps, ("bake", arguments)])
+        return job.start("Baking", scene, folder, [*steps, ("bake", arguments)])
 
     def finish(self, scene: Any) -> str:
         result = self._job.result

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -76,18 +77,35 @@ def test_the_request_survives_the_command_line(extension: None, tmp_path: Path) 
     assert request["blend"] == str(tmp_path / "a b.blend")
 
 
-def test_only_one_at_a_time(extension: None, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_one_at_a_time(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     monkeypatch.setattr(job, "command", lambda *_: ["sleep", "60"])
     scene: Any = bpy.context.scene
-    first = job.start("Placing", scene, [])
+    first = job.start("Placing", scene, tmp_path, [])
     with pytest.raises(InputError, match="already"):
-        job.start("Baking", scene, [])
-    scene.relume.cache_folder = "/anywhere"
+        job.start("Baking", scene, tmp_path, [])
+    scene.relume.cache_folder = str(tmp_path)
     assert not bpy.ops.relume.bake.poll()
     job.stop_current()
     assert first.error == "stopped"
     assert job.current() is None
     assert bpy.ops.relume.bake.poll()
+
+
+def test_stopping_leaves_nothing_half_written(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    write = f'cd "{tmp_path}"; mkdir cameras; echo x > cameras/.0001.exr.$$.part; exec sleep 60'
+    monkeypatch.setattr(job, "command", lambda *_: ["sh", "-c", write])
+    (tmp_path / ".0002.exr.1.part").touch()  # another process's
+    started = job.start("Baking", bpy.context.scene, tmp_path, [])
+    end = time.monotonic() + 20.0
+    while not list(tmp_path.rglob(".0001*.part")):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    started.stop()
+    assert [path.name for path in tmp_path.rglob("*.part")] == [".0002.exr.1.part"]
 
 
 def test_a_failure_is_told_in_the_childs_own_words(

@@ -18,7 +18,15 @@ from ..scene.light import Light
 from .light_sample import LightSample
 from .shadow_frustum import MAX_FACES, ShadowFrustum, ShadowSettings, shadow_frustum
 
-_CASTER_BLOCK = UniformBlock("caster", (Field("vec4", "origin"), Field("vec4", "axis")))
+_CASTER_BLOCK = UniformBlock(
+    "caster",
+    (
+        Field("vec4", "origin"),
+        Field("vec4", "axis"),
+        Field("vec4", "centre"),
+        Field("vec4", "behind"),
+    ),
+)
 
 _PASS = PassShader(
     name="shadow_distance",
@@ -121,7 +129,17 @@ class ShadowPass:
         size = frustum.resolution
         target = framebuffer([distance], self._depth_texture(frustum.size))
         axis = np.append(-frustum.face_from_world[0, 2], 1.0) if frustum.parallel else np.zeros(4)
-        caster = {"origin": np.append(frustum.origin - self._geometry.origin, 0.0), "axis": axis}
+        has_ball = light.type in ("POINT", "SPOT")
+        centre = light.position - self._geometry.origin if has_ball else np.zeros(3)
+        # Sample points lie in this ball; see the shader.
+        radius_sq = light.shadow_soft_size**2 if has_ball and sample.count > 1 else 0.0
+        is_spot = light.type == "SPOT" and light.spot_size <= np.pi
+        caster = {
+            "origin": np.append(frustum.origin - self._geometry.origin, 0.0),
+            "axis": axis,
+            "centre": np.append(centre, radius_sq),
+            "behind": np.append(-light.direction if is_spot else np.zeros(3), 0.0),
+        }
         with target.bind():
             gpu.state.blend_set("NONE")
             target.clear(color=(_NOTHING, 0.0, 0.0, 0.0), depth=1.0)

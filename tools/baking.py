@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from addon.camplace.camera import CachingCamera
 from addon.camplace.place import place_cameras
 from addon.camplace.settings import PlacementSettings
-from addon.errors import InputError
 from addon.progress import Progress
 from addon.scene.geometry import SceneGeometry
 
@@ -66,8 +65,6 @@ class Baking:
 def check_cache(geometry: SceneGeometry, cache: Path) -> None:
     """Raises InputError when the folder is no cache of the open scene as it is now."""
     from addon.caching.fingerprint import scene_fingerprint
-    from addon.caching.store import MANIFEST_NAME, CacheStore
+    from addon.caching.store import CacheStore
 
-    if not (cache / MANIFEST_NAME).exists():
-        raise InputError(f"There is no cache in {cache}; bake the scene first (relume bake).")
     CacheStore.open(cache).check_fingerprint(scene_fingerprint(geometry))

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 # Samples of a relit pixel, and of a reference's for each light: the reference's noise is then
 # more than 6 dB below the error (the report says by how much).
 SAMPLES = 16
-REFERENCE_SAMPLES = 10
+REFERENCE_SAMPLES = 14
 # What every view must reach: luma, whole picture and away from edges; and its most holes.
 LEAST_PSNR_DB = 30.0
 LEAST_PSNR_AWAY_DB = 36.0

@@ -31,6 +31,7 @@ LIGHT_EDITS: dict[str, dict[str, Any] | None] = {
 }
 TABLE = (-0.35, 0.55, 0.0)
 TABLE_TOP = 0.76
+LAMP = (-1.72, 1.60, 0.0)
 WINDOW_Y, WINDOW_Z = (-0.35, 1.05), (0.85, 2.15)
 
 
@@ -229,7 +230,7 @@ def _decoration() -> None:
 def _screen_and_plant() -> None:
     cut = materials.cut_out("Lattice", images.lattice(), 0.5)
     panel_width, panel_height = 0.52, 1.39
-    at, turn = np.array([-2.22, 1.10]), 0.95
+    at, turn = np.array([-2.22, 0.74]), 0.95
     for number in range(3):
         along = np.array([np.cos(turn), np.sin(turn)])
         middle = at + 0.5 * panel_width * along
@@ -264,7 +265,7 @@ def _lamps() -> None:
     shapes.place(shapes.lathe("Cord", cord, 12), "Cord", [cord_paint], (x, y, 0))
     black = materials.paint("Lamp paint", (0.06, 0.05, 0.05), 0.55)
     foot = [(0.0, 0.0), (0.13, 0.0), (0.13, 0.02), (0.016, 0.035), (0.016, 1.27), (0.0, 1.27)]
-    at = (-1.55, 1.52, 0.0)
+    at = LAMP
     shapes.place(shapes.lathe("Lamp foot", foot, 32), "Lamp foot", [black], at)
     linen = materials.paint("Linen", (0.78, 0.70, 0.55), 0.8)
     drum = shapes.lathe("Lamp shade", [(0.21, 1.26), (0.15, 1.56)], 56)
@@ -282,7 +283,7 @@ def _lights() -> None:
     spot = _light("Pendant", "SPOT", 95.0, (1.0, 0.84, 0.62))
     spot.data.spot_size, spot.data.spot_blend = 1.9, 0.35
     _aim(spot, (x, y, 1.86), (x, y, 0.0))
-    _aim(_light("Lamp", "POINT", 48.0, (1.0, 0.72, 0.42)), (-1.55, 1.52, 1.40))
+    _aim(_light("Lamp", "POINT", 48.0, (1.0, 0.72, 0.42)), (LAMP[0], LAMP[1], 1.40))
     _aim(_light("Fill", "POINT", 105.0, (0.80, 0.88, 1.0)), (1.7, -1.4, 2.35))
     sun = _light("Sun", "SUN", 5.0, (1.0, 0.90, 0.74))
     sun.data.angle = 0.001

@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 Vec = tuple[float, float, float]
 Points = NDArray[np.float64]
 
+# Faces that meet at more than this are not shaded smoothly across their edge.
+SHARP = math.radians(40.0)
+
 
 def place(
     mesh: Any, name: str, materials: Sequence[Any], at: Vec = (0, 0, 0), turn: Vec = (0, 0, 0)
@@ -36,6 +39,8 @@ def _finish(bm: Any, name: str, *, smooth: bool) -> Any:
     bm.to_mesh(mesh)
     bm.free()
     mesh.polygons.foreach_set("use_smooth", np.full(len(mesh.polygons), smooth))
+    if smooth:
+        mesh.set_sharp_from_angle(angle=SHARP)
     return mesh
 
 

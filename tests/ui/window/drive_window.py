@@ -124,7 +124,8 @@ def add_equal_camera(view: Any, region: Any, scene: Any) -> None:
 def apply_edit(obj: Any, attributes: dict[str, Any]) -> None:
     """Set attributes of a light object, or of its light."""
     for name, value in attributes.items():
-        setattr(obj if hasattr(obj, name) else obj.data, name, value)
+        # Objects have a `color` too, which only tints the solid display.
+        setattr(obj.data if hasattr(obj.data, name) else obj, name, value)
 
 
 def wait_and_grab(area: Any, path: Path, patience_s: float) -> Generator[float, None, float]:

@@ -1,46 +1,62 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where a cut-out material is there and where it is cut away."""
+"""Where cut-out materials are there and where they are cut away."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..scene.geometry import Cutout, SceneGeometry
+from ..scene.geometry import SceneGeometry
+
+EXTENSIONS = ("REPEAT", "EXTEND", "CLIP", "MIRROR")
 
 
-def opaque_at(
-    geometry: SceneGeometry, triangle: NDArray[np.int64], barycentric: NDArray[np.float64]
-) -> NDArray[np.bool_]:
-    """(R,) whether the surface is there, at points on (R,) triangles.
+class Mask:
+    """The alpha masks of a geometry's materials, side by side in one array.
 
-    Args:
-        geometry: with `uv`, if any of its materials has a cut-out.
-        triangle: (R,) indices into the geometry's triangles.
-        barycentric: (R, 2), the weights of corners 1 and 2.
+    One look-up then serves rays that met any mixture of materials.
     """
-    opaque = np.ones(len(triangle), dtype=np.bool_)
-    if geometry.uv is None:
-        return opaque
-    first = 1.0 - barycentric.sum(axis=-1, keepdims=True)
-    weights = np.concatenate([first, barycentric], axis=-1)
-    uv = np.einsum("rc,rcx->rx", weights, geometry.uv[triangle].astype(np.float64))
-    for cutout in geometry.cutouts:
-        ours = geometry.material_id[triangle] == cutout.material_id
-        opaque[ours] = _alpha(cutout, uv[ours]) >= 0.5
-    return opaque
 
+    def __init__(self, geometry: SceneGeometry) -> None:
+        self._geometry = geometry
+        cutouts = geometry.cutouts if geometry.uv is not None else ()
+        materials = int(geometry.material_id.max(initial=0)) + 1
+        self._slot = np.full(materials, -1, dtype=np.int64)
+        for slot, cutout in enumerate(cutouts):
+            if cutout.material_id < materials:
+                self._slot[cutout.material_id] = slot
+        self._size = np.array([cutout.alpha.shape[::-1] for cutout in cutouts]).reshape(-1, 2)
+        self._start = np.cumsum([0, *(cutout.alpha.size for cutout in cutouts)])
+        self._extension = np.array([EXTENSIONS.index(c.extension) for c in cutouts], np.int64)
+        self._there = np.concatenate(
+            [np.zeros(0, np.bool_), *(cutout.alpha.ravel() >= 0.5 for cutout in cutouts)]
+        )
 
-def _alpha(cutout: Cutout, uv: NDArray[np.float64]) -> NDArray[np.float32]:
-    """(R,) the nearest texel's alpha at (R, 2) texture coordinates."""
-    inside = np.ones(len(uv), dtype=np.bool_)
-    if cutout.extension == "REPEAT":
-        uv = uv - np.floor(uv)
-    elif cutout.extension == "MIRROR":
-        uv = 1.0 - np.abs(np.mod(uv, 2.0) - 1.0)
-    elif cutout.extension == "CLIP":
-        inside = ((uv >= 0.0) & (uv < 1.0)).all(axis=-1)
-    height, width = cutout.alpha.shape
-    texel = np.floor(uv * [width, height])
-    column, row = np.clip(texel, 0, [width - 1, height - 1]).astype(np.int64).T
-    return np.where(inside, cutout.alpha[row, column], np.float32(0.0))
+    @property
+    def masked(self) -> NDArray[np.bool_]:
+        """(T,) which triangles have a mask."""
+        return np.asarray(self._slot[self._geometry.material_id] >= 0)
+
+    def opaque_at(
+        self, triangle: NDArray[np.int64], barycentric: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
+        """(R,) whether the surface is there, by the nearest texel.
+
+        Args:
+            triangle: (R,) masked triangles.
+            barycentric: (R, 2), the weights of corners 1 and 2.
+        """
+        assert self._geometry.uv is not None
+        corner = self._geometry.uv[triangle].astype(np.float64)
+        u, v = barycentric[:, :1], barycentric[:, 1:]
+        uv = (1.0 - u - v) * corner[:, 0] + u * corner[:, 1] + v * corner[:, 2]
+        slot = self._slot[self._geometry.material_id[triangle]]
+        way = self._extension[slot][:, None]
+        clipped = (way == EXTENSIONS.index("CLIP")) & ((uv < 0.0) | (uv >= 1.0))
+        uv = np.where(way == EXTENSIONS.index("REPEAT"), uv - np.floor(uv), uv)
+        mirrored = 1.0 - np.abs(np.mod(uv, 2.0) - 1.0)
+        uv = np.where(way == EXTENSIONS.index("MIRROR"), mirrored, uv)
+        size = self._size[slot]
+        column, row = np.clip(np.floor(uv * size).astype(np.int64), 0, size - 1).T
+        there = self._there[self._start[slot] + row * size[:, 0] + column]
+        return np.asarray(there & ~clipped.any(axis=-1))

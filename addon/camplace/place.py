@@ -78,13 +78,10 @@ def place_cameras(
         rng,
     )
     progress(0.2, "Searching maximal spheres")
-    spheres = Spheres(np.zeros((0, 3)), np.zeros(0))
-    if settings.primaries:
-        seeds = stage.seeds
-        spheres = find_spheres(
-            stage.surface, stage.box, *seeds, searches=settings.sphere_searches, rng=rng
-        )
-    stage = stage.oriented_by(spheres.centre)
+    spheres = find_spheres(
+        stage.surface, stage.box, *stage.seeds, searches=settings.sphere_searches, rng=rng
+    )
+    stage = stage.settled_by(spheres.centre)
     progress(0.4, "Choosing primary cameras")
     quality = np.zeros(len(stage.samples))
     chosen, quality = choose_primaries(stage, spheres, quality, settings)

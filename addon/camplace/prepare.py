@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from ..errors import InputError
 from ..scene.geometry import SceneGeometry
@@ -23,6 +24,9 @@ from .view_samples import pixel_gradient, sample_view, side_seen
 SURFACE_POINTS = 65536
 # With many views each still gets this many rays, or a short pan would be sampled too coarsely.
 LEAST_RAYS = 64
+# What no place near the views sees counts this much against what one sees: the far sides of
+# walls and the insides of furniture are large, and no camera move short of a new shot shows them.
+HIDDEN = 0.1
 # Without a view, surface is to be seen as in a picture of this many pixels across the box.
 PICTURE = 1024.0
 
@@ -66,26 +70,65 @@ class Stage:
             np.concatenate([samples.normal, -samples.normal]),
         )
 
-    def oriented_by(self, centres: NDArray[np.float64]) -> Stage:
-        """Turn samples of unknown side to the first of `centres` (N, 3) that sees them.
+    def settled_by(self, centres: NDArray[np.float64]) -> Stage:
+        """Give samples that no view sees their side and weight.
 
-        Centres of empty spheres stand for the space that can be looked at from; larger spheres
-        come first, so a room decides before the inside of its furniture does.
+        Places near the views (`_near_views`), then the other `centres` (N, 3) of spheres, stand
+        for the space that a camera may look from. A sample is turned to the first that sees it;
+        larger spheres come first, so a room decides before the inside of its furniture does. A
+        sample that no place near the views sees loses most of its weight.
         """
+        near = self._near_views(centres)
+        places = np.concatenate([near, centres])
         normal = self.samples.normal.copy()
         unknown = np.flatnonzero(~self.known_side)
-        for centre in centres:
+        seen_near = self.known_side.copy()
+        for number, centre in enumerate(places):
             point = self.samples.point[unknown]
             towards = np.einsum("sx,sx->s", centre - point, normal[unknown])
             side = np.where(towards < 0.0, -1.0, 1.0)
             start = point + (side * self.lift[unknown])[:, None] * normal[unknown]
             seen = ~self.rays.occluded(start, centre)
             normal[unknown[seen]] *= side[seen, None]
+            seen_near[unknown[seen]] |= number < len(near)
             unknown = unknown[~seen]
-        known = self.known_side.copy()
-        known[:] = True
+        known = np.ones(len(self.samples), dtype=np.bool_)
         known[unknown] = False
-        return replace(self, samples=replace(self.samples, normal=normal), known_side=known)
+        spread = ~self.samples.from_view
+        weight = self.samples.weight.copy()
+        weight[spread & ~seen_near] *= HIDDEN
+        weight[spread] *= self._share_of_a_picture(self.samples.point[spread])
+        if spread.any():
+            weight[spread] *= self.samples.weight[spread].sum() / weight[spread].sum()
+        samples = replace(self.samples, normal=normal, weight=weight)
+        return replace(self, samples=samples, known_side=known)
+
+    def _share_of_a_picture(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N,) how much of a picture surface at points (N, 3) can fill, against the usual.
+
+        It falls with the square of the distance from the nearest view, beyond the distance at
+        which the views usually see things.
+        """
+        origins = np.array([view.origin for view in self.views if view.perspective])
+        seen = self.samples.point[self.samples.from_view]
+        if not len(origins) or not len(seen):
+            return np.ones(len(points))
+        usual = np.median(cKDTree(origins).query(seen)[0])
+        distance = cKDTree(origins).query(points)[0]
+        return np.asarray(np.minimum(1.0, (usual / np.maximum(distance, usual)) ** 2))
+
+    def _near_views(self, centres: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(N, 3) the views' own places and the centres that one of them sees.
+
+        Without perspective views, all centres are as good as any.
+        """
+        origins = [view.origin for view in self.views if view.perspective]
+        if not origins:
+            return centres
+        seen = np.zeros(len(centres), dtype=np.bool_)
+        for origin in origins:
+            seen |= ~self.rays.occluded(centres, np.broadcast_to(origin, centres.shape))
+        return np.concatenate([np.array(origins), centres[seen]])
 
 
 def prepare(

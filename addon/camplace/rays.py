@@ -14,16 +14,16 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from ..scene.geometry import SceneGeometry
-from .mask import opaque_at
+from .mask import Mask
 
 # A ray that starts on a surface starts this many spacings of float32 above it, at the largest
 # coordinate in play: a vertex, the ray's origin and embree's plane test are each off by about
 # one spacing, so 16 keeps clear of the surface with room to spare.
 LIFT_SPACINGS = 16.0
 # Cut-away layers that a ray may pass before it counts as stopped.
-MAX_LAYERS = 16
+MAX_LAYERS = 8
 # Rays given to one thread at a time: enough to forget the cost of handing them over.
-CHUNK = 16384
+CHUNK = 8192
 
 
 @dataclass(frozen=True)
@@ -46,10 +46,8 @@ class RayCaster:
     """
 
     def __init__(self, geometry: SceneGeometry) -> None:
-        masked = np.isin(
-            geometry.material_id, [cutout.material_id for cutout in geometry.cutouts]
-        ) & (geometry.uv is not None)
-        self._geometry = geometry
+        self._mask = Mask(geometry)
+        masked = self._mask.masked
         self._solid = _Mesh(geometry, geometry.camera_visible & ~masked)
         self._masked = _Mesh(geometry, geometry.camera_visible & masked)
         corner = np.abs(geometry.vertices).max(axis=1)[geometry.triangles]
@@ -70,15 +68,23 @@ class RayCaster:
 
         `limit` (R,) ends the rays early; surfaces beyond it do not count.
         """
-        hits = self._solid.closest(origins, directions, limit)
+        triangle, distance, _ = self._solid.closest(origins, directions, limit)
         if not len(self._masked):
-            return Hits(*hits[:2])
-        triangle, distance, *_ = hits
+            return Hits(triangle, distance)
         mask_triangle, mask_distance = self._first_unmasked(origins, directions, distance)
         nearer = mask_distance < distance
         return Hits(
             np.where(nearer, mask_triangle, triangle), np.where(nearer, mask_distance, distance)
         )
+
+    def first_triangle(self, origins: NDArray[np.float64], directions: NDArray[np.float64]) -> Hits:
+        """As `first_hit`, with cut-outs taken for whole triangles."""
+        triangle, distance, _ = self._solid.closest(origins, directions, None)
+        if len(self._masked):
+            other, other_distance, _ = self._masked.closest(origins, directions, distance)
+            triangle = np.where(other >= 0, other, triangle)
+            distance = np.where(other >= 0, other_distance, distance)
+        return Hits(triangle, distance)
 
     def occluded(
         self, origins: NDArray[np.float64], targets: NDArray[np.float64]
@@ -117,7 +123,7 @@ class RayCaster:
             active, hit, step = active[met], hit[met], step[met]
             if not active.size:
                 break
-            opaque = opaque_at(self._geometry, hit, barycentric[met]) | (layer == MAX_LAYERS - 1)
+            opaque = self._mask.opaque_at(hit, barycentric[met]) | (layer == MAX_LAYERS - 1)
             reached = travelled[active] + step
             triangle[active[opaque]] = hit[opaque]
             distance[active[opaque]] = reached[opaque]
@@ -204,6 +210,9 @@ class _Mesh:
     def _in_chunks(self, ask: Callable[[slice], None], count: int) -> None:
         """Run `ask` over slices of the rays, several at once: embree frees Python's lock."""
         if self._scene is None:
+            return
+        if count <= 2 * CHUNK:
+            ask(slice(0, count))  # sooner done than handed over
             return
         chunks = [slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
         with ThreadPoolExecutor(max_workers=max(1, min(8, os.cpu_count() or 1))) as pool:

@@ -44,12 +44,12 @@ class PlacementSettings:
     secondaries: int = 8
     view_samples: int = 8192
     area_samples: int = 4096
-    view_share: float = 0.8
+    view_share: float = 0.85
     grid_cells: int = 128
     rays: int = 12
     candidates: int = 32
     sphere_searches: int = 50
-    least_gain: float = 5e-4
+    least_gain: float = 1e-3
     max_resolution: int = 2048
     bounds: NDArray[np.float64] | None = None
     offer_views: bool = False

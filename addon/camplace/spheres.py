@@ -30,8 +30,12 @@ MAX_MOVES = 120
 # Two spheres are the same when the centre of one lies within this share of the other's radius:
 # a camera in either sees about the same.
 SAME = 0.5
-# Seeds grown at once.
+# A sphere smaller than this share of the largest one so far is no find: cluttered scenes have
+# thousands, in which a camera would see a table leg and little else.
+SMALL = 0.2
+# Seeds grown at once, and the most that are grown in all, in terms of the paper's k.
 BATCH = 64
+MOST_SEARCHES = 8
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,7 @@ def find_spheres(
     diagonal = float(np.linalg.norm(box[1] - box[0]))
     seeds = point + SEED_HEIGHT * diagonal * normal
     seeds = seeds[((seeds > box[0]) & (seeds < box[1])).all(axis=-1)]
-    seeds = seeds[rng.permutation(len(seeds))]
+    seeds = seeds[rng.permutation(len(seeds))[: MOST_SEARCHES * searches]]
     found = Spheres(np.zeros((0, 3)), np.zeros(0))
     in_vain = 0
     for start in range(0, len(seeds), BATCH):
@@ -84,9 +88,10 @@ def find_spheres(
         for centre, radius in zip(grown.centre, grown.radius, strict=True):
             apart = np.linalg.norm(found.centre - centre, axis=-1)
             same = apart < SAME * np.maximum(found.radius, radius)
-            in_vain = in_vain + 1 if same.any() else 0
-            larger = bool((radius > found.radius[same]).all())
-            if larger:
+            largest = max(radius, found.radius.max(initial=0.0))
+            small = radius < SMALL * largest
+            in_vain = in_vain + 1 if small or same.any() else 0
+            if not small and (radius > found.radius[same]).all():
                 found = Spheres(
                     np.concatenate([found.centre[~same], centre[None]]),
                     np.concatenate([found.radius[~same], [radius]]),
@@ -96,6 +101,7 @@ def find_spheres(
         if in_vain >= searches:
             break
     order = np.argsort(-found.radius, kind="stable")
+    order = order[found.radius[order] >= SMALL * found.radius.max(initial=0.0)]
     return Spheres(found.centre[order], found.radius[order])
 
 

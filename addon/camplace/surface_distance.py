@@ -53,7 +53,7 @@ class SurfaceDistance:
         count = min(NEAREST, len(self._triangle))
         _, nearest = self._tree.query(places, k=count)
         near_triangle = self._triangle[nearest.reshape(len(places), count)]
-        hits = self._rays.first_hit(
+        hits = self._rays.first_triangle(
             np.repeat(places, len(star), axis=0), np.tile(star, (len(places), 1))
         )
         triangle = np.concatenate(

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from addon.camplace.camera import CachingCamera
 from addon.camplace.place import place_cameras
@@ -17,7 +17,8 @@ from addon.scene.geometry import SceneGeometry
 from .output import part_of
 
 if TYPE_CHECKING:
-    from addon.caching.bake import BakeReport, BakeSettings
+    from addon.caching.bake import BakeReport, BakeSettings, Preset
+    from addon.caching.store import Manifest
 
 # The share of the time that placing takes, of placing and baking.
 PLACING = 0.3
@@ -29,11 +30,22 @@ def cached_cameras(cache: Path) -> tuple[CachingCamera, ...]:
     Raises:
         InputError: there is a cache, but a damaged one or of another version.
     """
+    manifest = _manifest(cache)
+    return () if manifest is None else manifest.cameras
+
+
+def cached_preset(cache: Path) -> Preset | None:
+    """The preset of an earlier bake into this folder; None without one. Raises as above."""
+    manifest = _manifest(cache)
+    return None if manifest is None else cast("Preset", manifest.settings.get("preset"))
+
+
+def _manifest(cache: Path) -> Manifest | None:
     from addon.caching.store import MANIFEST_NAME, CacheStore
 
     if not (cache / MANIFEST_NAME).exists():
-        return ()
-    return CacheStore.open(cache).manifest.cameras
+        return None
+    return CacheStore.open(cache).manifest
 
 
 @dataclass(frozen=True)

@@ -27,10 +27,11 @@ def add_cache(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
 
 
-def add_preset(parser: argparse.ArgumentParser) -> None:
-    """How fine a bake is."""
+def add_preset(parser: argparse.ArgumentParser, default: str | None = "balanced") -> None:
+    """How fine a bake is; a default of None means as the cache was begun."""
+    note = default or "as the cache was begun, else balanced"
     parser.add_argument(
-        "--preset", choices=PRESETS, default="balanced", help="how fine (default: %(default)s)"
+        "--preset", choices=PRESETS, default=default, help=f"how fine (default: {note})"
     )
 
 

@@ -38,7 +38,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--reference-samples", type=arguments.positive, default=REFERENCE_SAMPLES, metavar="N",
         help="Cycles' samples of each pixel and light (default: %(default)s)",
     )  # fmt: skip
-    arguments.add_preset(parser)
+    arguments.add_preset(parser, None)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from addon.relight.edits import applied_edits, read_edits
 
     from .. import evaluation, reference
-    from ..baking import Baking, cached_cameras
+    from ..baking import Baking, cached_cameras, cached_preset
     from ..contact_sheet import write_sheet
     from ..relit import camera_names, open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
@@ -63,7 +63,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         arrays = read_scene(scene)
         shown = read_views(scene, names, args.size)
     require_light(scene, arrays)
-    settings = BakeSettings(preset=args.preset, resume=True)
+    preset = args.preset or cached_preset(cache) or "balanced"
+    settings = BakeSettings(preset=preset, resume=True)
     baking = Baking(scene, arrays.geometry, cache, settings)
     baked = baking.run(cached_cameras(cache), part_of(progress, 0.02, 0.4))
     with applied_edits(scene, edits):

@@ -53,6 +53,7 @@ def run(request: dict[str, Any]) -> Iterator[float]:
     scene.relume.viewport_samples = request["samples"]
     # Blender adds a pattern of up to half a step of the display; it differs between the two.
     scene.render.dither_intensity = 0.0
+    unfinished = watch_drawing()
     area, region = view_3d()
     view = area.spaces.active
     view.shading.type = "RENDERED"
@@ -68,15 +69,19 @@ def run(request: dict[str, Any]) -> Iterator[float]:
     window = bpy.context.window
     report["window"] = [window.x, window.y, window.width, window.height]
 
-    report["before_s"] = yield from wait_and_grab(area, out / "before.png", request["patience_s"])
+    report["before_s"] = yield from wait_and_grab(
+        area, unfinished, out / "before.png", request["patience_s"]
+    )
     for name, attributes in request["edits"].items():
         apply_edit(scene.objects[name], attributes)
-    report["after_s"] = yield from wait_and_grab(area, out / "after.png", request["patience_s"])
+    report["after_s"] = yield from wait_and_grab(
+        area, unfinished, out / "after.png", request["patience_s"]
+    )
 
     view.overlay.show_overlays = True
     properties = next(a for a in bpy.context.screen.areas if a.type == "PROPERTIES")
     properties.spaces.active.context = "RENDER"
-    yield from wait_and_grab(area, out / "ui.png", request["patience_s"])
+    yield from wait_and_grab(area, unfinished, out / "ui.png", request["patience_s"])
     (out / "window.json").write_text(json.dumps(report, indent=2), encoding="utf-8")
 
 
@@ -128,24 +133,38 @@ def apply_edit(obj: Any, attributes: dict[str, Any]) -> None:
         setattr(obj.data if hasattr(obj.data, name) else obj, name, value)
 
 
-def wait_and_grab(area: Any, path: Path, patience_s: float) -> Generator[float, None, float]:
-    """Grab the screen once it stands still; returns the seconds that it took."""
+def watch_drawing() -> list[bool]:
+    """A list that is given, at every drawing of a Relume viewport, whether it has more to do."""
+    module = next(m for name, m in sys.modules.items() if name.endswith(".relume.ui.viewport"))
+    draw = module.Viewport.draw
+    unfinished: list[bool] = []
+
+    def watched(*args: Any) -> bool:
+        unfinished.append(draw(*args))
+        return unfinished[-1]
+
+    module.Viewport.draw = watched
+    return unfinished
+
+
+def wait_and_grab(
+    area: Any, unfinished: list[bool], path: Path, patience_s: float
+) -> Generator[float, None, float]:
+    """Grab the screen once the viewport is finished; returns the seconds that it took.
+
+    The screen cannot tell by itself: samples that change nothing look like the end.
+    """
     started = time.perf_counter()
-    last = b""
-    same = 0
-    while same < 3:
-        area.tag_redraw()
-        yield 1.0
-        subprocess.run(["import", "-window", "root", str(path)], check=True)
-        # ImageMagick's own hash of the pixels: the file holds a date.
-        now = subprocess.run(
-            ["identify", "-format", "%#", str(path)], check=True, stdout=subprocess.PIPE
-        ).stdout
-        same = same + 1 if now == last else 0
-        last = now
+    unfinished.clear()
+    area.tag_redraw()
+    while not unfinished or unfinished[-1]:
+        yield 0.5
         if time.perf_counter() - started > patience_s:
-            raise TimeoutError(f"the screen did not stand still within {patience_s} s: {path}")
-    return time.perf_counter() - started
+            raise TimeoutError(f"the viewport was not finished within {patience_s} s: {path}")
+    seconds = time.perf_counter() - started
+    yield 1.0  # the last drawing has reached the screen
+    subprocess.run(["import", "-window", "root", str(path)], check=True)
+    return seconds
 
 
 def main() -> None:

@@ -5,7 +5,7 @@
         --out DIR --blender "blender" [--backend vulkan] [--samples 16] [--least 40]
 
 Builds the extension's zip, starts the given Blender program (it needs a display, ImageMagick's
-`import` and `identify`, and may be a command of several words), installs the zip there, shows
+`import`, and may be a command of several words), installs the zip there, shows
 the scene under Rendered shading before and after the edits, and compares both screenshots,
 inside the viewport, with the command line's pictures. Prints the PSNR of each and leaves
 screenshots, pictures, differences and report.json in --out. Exit status 0 when both reach

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The twin of addon/glsl/passes/light.glsl, from Blender's light attributes themselves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.relight.light_sample import LightSample
+from addon.scene.light import Light
+
+from .bsdf import Lobes, dot
+from .surfaces import Surfaces
+
+Array = NDArray[np.float64]
+
+
+def light_layer(
+    surface: Surfaces,
+    light: Light,
+    sample: LightSample,
+    visibility: Array | None = None,
+    specular: bool = True,
+) -> Array:
+    """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow."""
+    L, strength, widening = incidence(surface, light, sample)
+    lobes = Lobes(surface)
+    NoL = dot(lobes.N, L)
+    reflected = lobes.diffuse_color * (np.maximum(NoL, 0.0) / np.pi)[..., None]
+    reflected = reflected * light.diffuse_factor
+    if specular:
+        reflected = reflected * lobes.transmission
+        reflected = reflected + light.specular_factor * lobes.specular(L, widening)
+    if visibility is not None:
+        strength = strength * visibility * (dot(lobes.Ng, L) > 0.0)
+    lit = surface.hit & (strength > 0.0)
+    return np.where(lit[..., None], reflected * strength[..., None] * light.intensity, 0.0)
+
+
+def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:
+    """L (H, W, 3); strength and widening (H, W)."""
+    place = surface.position[..., :3] + surface.origin
+    if light.type == "SUN":
+        L = np.broadcast_to(sample.position, place.shape)
+        share = 2.0 * np.pi * (1.0 - np.cos(0.5 * light.angle)) / (np.pi * sample.count)
+        return L, np.ones(L.shape[:2]), np.full(L.shape[:2], share / 2.0)
+    toward = sample.position - place
+    t_sq = dot(toward, toward)
+    L = toward / np.sqrt(t_sq)[..., None]
+    if light.type == "AREA":
+        cosine = np.maximum(-dot(L, light.direction), 0.0)
+        strength = cosine / t_sq * _spread(light, cosine)
+        return L, strength, light.area / np.pi / (2.0 * sample.count) * cosine / t_sq
+    r_sq = light.shadow_soft_size**2
+    d_sq = np.sum((light.position - place) ** 2, axis=-1)
+    disk = float(light.use_soft_falloff)
+    outside = d_sq / (t_sq * (d_sq + disk * r_sq))
+    with np.errstate(divide="ignore"):
+        strength = np.where(d_sq > r_sq, outside, 1.0 / (r_sq + disk * d_sq))
+        widening = r_sq / (2.0 * sample.count) / np.where(d_sq > r_sq, t_sq, max(r_sq, 1e-300))
+    if light.type == "SPOT":
+        strength = strength * _cone(light, -L)
+    return L, strength, widening
+
+
+def _cone(light: Light, direction: Array) -> Array:
+    in_light = direction @ np.linalg.inv(light.world_from_light[:3, :3]).T
+    cosine = -in_light[..., 2] / np.linalg.norm(in_light, axis=-1)
+    edge = np.cos(0.5 * light.spot_size)
+    if light.spot_blend == 0.0:
+        return (cosine > edge).astype(np.float64)
+    x = np.clip((cosine - edge) / ((1.0 - edge) * light.spot_blend), 0.0, 1.0)
+    return np.asarray(x * x * (3.0 - 2.0 * x))
+
+
+def _spread(light: Light, cosine: Array) -> Array:
+    if light.spread >= np.pi:
+        return np.ones_like(cosine)
+    half = 0.5 * light.spread
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    return np.maximum((np.tan(half) - np.tan(angle)) / (np.tan(half) - half), 0.0)

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The twin of addon/glsl/lib/shadow.glsl: a stored atlas of distances, read in float64."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.relight.shadow_frustum import ShadowFrustum
+
+from .bsdf import dot
+
+Array = NDArray[np.float64]
+
+# As in the shader: a few float32 spacings.
+_ROUNDING = 4e-6
+
+
+def visibility(frustum: ShadowFrustum, atlas: Array, points: Array, Ng: Array) -> Array:
+    """(...) share of the four texels around each world point (..., 3) that see its plane."""
+    receiver = points - frustum.origin
+    size = frustum.resolution
+    result = np.ones(points.shape[:-1])
+    open_yet = np.ones(points.shape[:-1], dtype=bool)
+    for face, rotation in enumerate(frustum.face_from_world):
+        in_face = receiver @ rotation.T
+        depth = np.ones_like(in_face[..., 2]) if frustum.parallel else -in_face[..., 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ndc = in_face[..., :2] / (depth * frustum.half_extent)[..., None]
+        share = frustum.inner_half_extent / frustum.half_extent
+        inside = open_yet & (depth > 0.0) & (np.abs(ndc) <= share).all(axis=-1)
+        open_yet &= ~inside
+        at = (ndc[inside] * 0.5 + 0.5) * size - 0.5
+        low = np.floor(at).astype(np.int64)
+        t = at - low
+        slack = frustum.half_extent / size * depth[inside]
+        total = np.zeros(len(at))
+        for dx in (0, 1):
+            for dy in (0, 1):
+                weight = np.where(dx, t[:, 0], 1.0 - t[:, 0]) * np.where(dy, t[:, 1], 1.0 - t[:, 1])
+                texel = np.clip(low + np.array([dx, dy]), 0, size - 1)
+                ray = _Ray(frustum, face, texel)
+                stored = atlas[ray.row, ray.column]
+                total += weight * ray.reaches(stored, receiver[inside], Ng[inside], slack)
+        result[inside] = total
+    return result
+
+
+class _Ray:
+    """The rays through texels' (N, 2) centres."""
+
+    def __init__(self, frustum: ShadowFrustum, face: int, texel: NDArray[np.int64]) -> None:
+        x, y = frustum.cell(face)
+        self.column, self.row = x + texel[:, 0], y + texel[:, 1]
+        right, up, back = frustum.face_from_world[face]
+        across = ((texel + 0.5) / frustum.resolution * 2.0 - 1.0) * frustum.half_extent
+        place = across[:, :1] * right + across[:, 1:] * up
+        if frustum.parallel:
+            self.direction, self.start = np.broadcast_to(-back, place.shape), place
+        else:
+            length = np.linalg.norm(place - back, axis=1, keepdims=True)
+            self.direction, self.start = (place - back) / length, np.zeros_like(place)
+
+    def reaches(self, stored: Array, receiver: Array, Ng: Array, slack: Array) -> Array:
+        """1 where nothing is stored before the receiver's plane, else 0."""
+        facing = dot(Ng, self.direction)
+        toward = facing < 0.0
+        facing = np.where(toward, facing, -1.0)
+        plane = dot(Ng, receiver - self.start) / facing
+        tolerance = _ROUNDING * (plane + np.linalg.norm(receiver, axis=1) / -facing)
+        return (toward & (stored >= plane - tolerance - slack)).astype(np.float64)

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The twins of addon/glsl/passes/{ambient,background,emission,scaled_copy}.glsl."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import map_coordinates
+
+from addon.relight.world_light import LOBE_ROUGHNESS, WorldLight, harmonics
+from addon.scene.view import View
+from addon.scene.world import World
+
+from .bsdf import Lobes, dot
+from .surfaces import Surfaces
+
+Array = NDArray[np.float64]
+
+
+def ambient(surface: Surfaces, world: World, light: WorldLight | None) -> Array:
+    """(H, W, 3) radiance that the world causes; `light` is its prepared picture, if it has one."""
+    lobes = Lobes(surface)
+    N, V = lobes.N_specular, lobes.V
+    if light is None:
+        assert world.radiance is not None
+        diffuse = specular = np.broadcast_to(world.radiance, N.shape)
+    else:
+        assert world.equirect is not None
+        diffuse = np.maximum(harmonics(lobes.N) @ light.irradiance, 0.0)
+        R = 2.0 * dot(N, V)[..., None] * N - V
+        specular = _reflected(world.equirect, light, R, lobes.roughness)
+    # A normal that faces away from the viewer reads the tables at their first node.
+    result = lobes.diffuse_color * lobes.transmission * diffuse
+    result = result + lobes.albedo(lobes.f0, lobes.f90) * specular
+    return np.where(surface.hit[..., None], result * surface.specular_f90[..., 3:], 0.0)
+
+
+def _reflected(
+    picture: NDArray[np.float32], light: WorldLight, R: Array, roughness: Array
+) -> Array:
+    levels = [picture, *np.split(light.lobes, len(LOBE_ROUGHNESS))]
+    nodes = np.array([0.0, *LOBE_ROUGHNESS])
+    seen = np.stack([equirect(level.astype(np.float64), R) for level in levels])
+    at = np.clip(np.interp(roughness, nodes, np.arange(len(nodes))), 0.0, len(nodes) - 1.0)
+    low = np.minimum(at.astype(np.int64), len(nodes) - 2)
+    t = (at - low)[..., None]
+    pick = np.take_along_axis
+    lower = pick(seen, low[None, ..., None], axis=0)[0]
+    upper = pick(seen, low[None, ..., None] + 1, axis=0)[0]
+    return np.asarray(lower * (1.0 - t) + upper * t)
+
+
+def equirect(picture: Array, direction: Array) -> Array:
+    """Bilinear look-up; longitude goes round, latitude ends."""
+    height, width, _ = picture.shape
+    u = 0.5 - np.arctan2(direction[..., 1], direction[..., 0]) / (2.0 * np.pi)
+    v = 0.5 + np.arcsin(np.clip(direction[..., 2], -1.0, 1.0)) / np.pi
+    # One column more on either side, and the first and last row again.
+    padded = np.pad(
+        np.pad(picture, ((0, 0), (1, 1), (0, 0)), "wrap"), ((1, 1), (0, 0), (0, 0)), "edge"
+    )
+    at = np.stack([v * height + 0.5, u * width + 0.5])
+    return np.stack([map_coordinates(padded[..., c], at, order=1) for c in range(3)], axis=-1)
+
+
+def background(
+    surface: Surfaces, world: World | None, view: View, offset: tuple[float, float]
+) -> Array:
+    """(H, W, 4): the world behind the surfaces, and alpha 1 (the film is not transparent)."""
+    height, width = surface.hit.shape
+    x, y = np.meshgrid(np.arange(width) + 0.5 + offset[0], np.arange(height) + 0.5 + offset[1])
+    result = np.zeros((height, width, 4))
+    if world is not None and world.equirect is not None:
+        _, rays = view.rays(np.stack([x, y], axis=-1))
+        result[..., :3] = equirect(world.equirect.astype(np.float64), rays)
+    elif world is not None:
+        result[..., :3] = world.radiance
+    result[surface.hit] = 0.0
+    result[..., 3] = 1.0
+    return result

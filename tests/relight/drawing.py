@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Drawing into a layer and reading it back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.glsl.shader import framebuffer, read_texture, texture_2d
+from addon.relight.albedo_pass import AlbedoTextures
+from addon.relight.light_pass import LightPass
+from addon.relight.light_sample import LightSample
+from addon.relight.shadow_pass import ShadowMap
+from addon.scene.light import Light
+from tests.reference.surfaces import Surfaces
+
+TABLES = AlbedoTextures()
+
+
+def drawn(width: int, height: int, draw: Callable[[Any], None]) -> NDArray[np.float64]:
+    """(H, W, 4): what `draw` adds to an empty layer."""
+    layer = texture_2d(width, height)
+    target = framebuffer([layer])
+    with target.bind():
+        target.clear(color=(0.0, 0.0, 0.0, 0.0))
+    draw(target)
+    return read_texture(layer).astype(np.float64)
+
+
+def drawn_light(
+    surface: Surfaces,
+    light: Light,
+    samples: Sequence[LightSample],
+    *,
+    shadow: ShadowMap | None = None,
+    specular: bool = True,
+) -> NDArray[np.float64]:
+    """(H, W, 4): the mean of some points of a light."""
+    textures = surface.upload()
+    light_pass = LightPass(TABLES, specular)
+
+    def draw(target: Any) -> None:
+        for sample in samples:
+            light_pass.draw(
+                textures, light, sample, target, shadow=shadow, weight=1.0 / len(samples)
+            )
+
+    height, width, _ = surface.position.shape
+    return drawn(width, height, draw)

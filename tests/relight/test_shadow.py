@@ -1,0 +1,224 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shadow maps: against the float64 twin, against closed forms, and against traced rays."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.corrmap.geometry_buffer import GeometryBuffer
+from addon.glsl.shader import read_texture
+from addon.relight.light_sample import LightSample, light_sample
+from addon.relight.shadow_frustum import ShadowSettings
+from addon.relight.shadow_pass import ShadowMap, ShadowPass
+from addon.scene.geometry import SceneGeometry
+from addon.scene.light import Light
+from tests.reference import light_pass as light_twin
+from tests.reference import shadow as twin
+from tests.reference.surfaces import Surfaces, surfaces
+from tests.synthetic import Tracer, box, geometry_of, looking_at, room_with_box
+
+from .drawing import drawn_light
+
+pytestmark = pytest.mark.usefixtures("gpu_context")
+
+SETTINGS = ShadowSettings(resolution=512, cube_resolution=256)
+WHITE = np.ones(3)
+SQUARE = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def square(
+    half: float, z: float, center: tuple[float, float] = (0.0, 0.0)
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """A square that faces up."""
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * half + center
+    return np.column_stack([corners, np.full(4, z)]), SQUARE
+
+
+@dataclass(frozen=True)
+class Lit:
+    """Surfaces lit by one point of a light, with and without its shadow map."""
+
+    shadow: ShadowMap
+    visibility: NDArray[np.float64]
+
+
+def lit(
+    geometry: SceneGeometry,
+    light: Light,
+    surface: Surfaces,
+    settings: ShadowSettings = SETTINGS,
+    sample: LightSample | None = None,
+) -> Lit:
+    """The shadow's share: light that arrives, over light that would without shadows."""
+    sample = sample or light_sample(light, 0, 1)
+    buffer = GeometryBuffer(geometry, surface.origin)
+    points = surface.position[..., :3].reshape(-1, 3) + surface.origin
+    shadow = ShadowPass(buffer, settings).draw(light, sample, geometry.bounds, points)
+    both = [
+        drawn_light(surface, light, [sample], shadow=chosen, specular=False)[..., 0]
+        for chosen in (shadow, None)
+    ]
+    share = np.divide(both[0], both[1], out=np.zeros_like(both[0]), where=both[1] > 0.0)
+    return Lit(shadow, share)
+
+
+def floor_points(
+    xs: NDArray[np.float64], ys: NDArray[np.float64], z: float = 0.0
+) -> NDArray[np.float64]:
+    x, y = np.meshgrid(xs, ys)
+    return np.stack([x, y, np.full_like(x, z)], axis=-1)
+
+
+def light_at(
+    kind: str, place: tuple[float, float, float], target: tuple[float, float, float], **more: float
+) -> Light:
+    up = (0, 1, 0) if place[:2] == target[:2] else (0, 0, 1)
+    return Light(kind, kind, looking_at(place, target, up), 100.0, WHITE, **more)  # type: ignore[arg-type]
+
+
+EDGE_LIGHTS = {
+    "point": light_at("POINT", (0.0, 0.0, 3.0), (0.0, 0.0, 0.0)),
+    "spot": light_at("SPOT", (0.0, 0.0, 3.0), (0.0, 0.0, 0.0), spot_size=1.6),
+    "wide spot": light_at("SPOT", (0.0, 0.0, 3.0), (0.0, 0.0, 0.0), spot_size=3.0),
+    "area": light_at("AREA", (0.0, 0.0, 3.0), (0.0, 0.0, 0.0), size=0.2),
+    "sun": light_at("SUN", (0.0, 0.0, 3.0), (0.0, 0.0, 0.0)),
+}
+
+
+@pytest.mark.parametrize("name", EDGE_LIGHTS)
+@pytest.mark.parametrize("far_away", [(0.0, 0.0, 0.0), (3e5, -2e5, 1e4)])
+def test_edge_of_a_square(name: str, far_away: tuple[float, float, float]) -> None:
+    """A square of half side a, at height h below a light at height H, casts a shadow of half
+    side a H / (H - h) (sun: a); the edge is found to a texel."""
+    a, h, H = 0.4, 1.0, 3.0
+    moved = np.array(far_away)
+    geometry = geometry_of([square(2.0, 0.0), square(a, h)])
+    geometry = replace(geometry, vertices=geometry.vertices + moved)
+    light = EDGE_LIGHTS[name]
+    place = light.world_from_light.copy()
+    place[:3, 3] += moved
+    light = replace(light, world_from_light=place)
+    edge = a if light.type == "SUN" else a * H / (H - h)
+    xs = np.linspace(0.0, 1.2, 241)
+    points = floor_points(xs, np.linspace(-0.2, 0.2, 5))
+    surface = surfaces(points, np.array([0.0, 0.0, 1.0]), origin=far_away)
+    result = lit(geometry, light, surface)
+    frustum = result.shadow.frustum
+    texel = 2.0 * frustum.half_extent / frustum.resolution * (1.0 if light.type == "SUN" else H)
+    # 2x2 texels are mixed: a ramp of two texels; and points are 5 mm apart.
+    margin = 2.0 * texel + 0.005
+    assert (result.visibility[:, xs < edge - margin] == 0.0).all()
+    assert (result.visibility[:, xs > edge + margin] > 0.9999).all()
+    # The mean share along a row gives the edge itself, to half a texel.
+    found = 1.2 - result.visibility.mean() * 1.2
+    assert found == pytest.approx(edge, abs=0.5 * texel + 0.005)
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA", "SUN"])
+@pytest.mark.parametrize("tilt", [0.0, 60.0, 89.0])
+def test_nothing_shadows_a_plane(kind: str, tilt: float) -> None:
+    """No acne: a lone plane is wholly lit up to grazing incidence, far from the origin too."""
+    angle = np.radians(tilt)
+    direction = np.array([np.sin(angle), 0.0, np.cos(angle)])
+    offset = np.array([1000.0, -2000.0, 500.0])
+    geometry = geometry_of([square(4.0, 0.0)])
+    geometry = replace(geometry, vertices=geometry.vertices + offset)
+    light = light_at(kind, tuple(direction * 5.0), (0.0, 0.0, 0.0), spot_size=1.2)
+    place = light.world_from_light.copy()
+    place[:3, 3] += offset
+    light = replace(light, world_from_light=place)
+    rng = np.random.default_rng(0)
+    points = np.concatenate([rng.uniform(-1.5, 1.5, (100, 100, 2)), np.zeros((100, 100, 1))], -1)
+    surface = surfaces(points, np.array([0.0, 0.0, 1.0]), origin=tuple(offset))
+    result = lit(geometry, light, surface)
+    unlit = light_twin.incidence(surface, light, light_sample(light, 0, 1))[1] <= 0.0
+    assert (result.visibility[~unlit] == 1.0).all()
+
+
+def test_contact_is_shadowed() -> None:
+    """No gap between a box and the shadow at its foot, wider than the texels there."""
+    geometry = geometry_of([square(4.0, 0.0), box((0.0, 0.0, 0.5), 1.0)])
+    light = light_at("POINT", (3.0, 0.0, 2.0), (0.0, 0.0, 0.0))
+    xs = -0.5 - np.linspace(0.0, 0.2, 101)[1:]
+    surface = surfaces(floor_points(xs, np.linspace(-0.3, 0.3, 7)), np.array([0.0, 0.0, 1.0]))
+    result = lit(geometry, light, surface)
+    texel = 4.1 * 2.0 / SETTINGS.cube_resolution
+    # At this slope (2 : 3.5) a texel across the ray is two on the floor.
+    assert (result.visibility[:, xs < -0.5 - 2.0 * 2.0 * texel] == 0.0).all()
+
+
+@pytest.mark.parametrize("name", ["point", "spot", "wide spot", "area", "sun"])
+def test_twin_and_traced_rays(name: str) -> None:
+    """In a room with a box: the shader equals its twin on the stored map, and but for a texel
+    or so along the edges both equal embree's shadow rays."""
+    geometry = room_with_box()
+    light = EDGE_LIGHTS[name]
+    light = replace(light, world_from_light=looking_at((0.9, -1.1, 1.5), (0.0, 0.0, -0.8)))
+    if light.type == "SUN":
+        # Leave the ceiling out, or no sun would come in.
+        high = geometry.vertices[geometry.triangles][..., 2].min(axis=1) > 1.9
+        keep = ~high
+        fields = ("triangles", "object_id", "material_id", "weight")
+        flags = ("camera_visible", "shadow_visible")
+        geometry = replace(
+            geometry, **{field: getattr(geometry, field)[keep] for field in (*fields, *flags)}
+        )
+    rng = np.random.default_rng(5)
+    count = 120 * 120
+    triangle = rng.choice(len(geometry), count, p=geometry.area / geometry.area.sum())
+    u, v = rng.random((2, count))
+    u, v = np.where(u + v > 1.0, (1.0 - u, 1.0 - v), (u, v))
+    corner = geometry.vertices[geometry.triangles[triangle]]
+    points = corner[:, 0] + u[:, None] * (corner[:, 1] - corner[:, 0])
+    points += v[:, None] * (corner[:, 2] - corner[:, 0])
+    sample = light_sample(light, 0, 1)
+    toward = sample.position - (0.0 if light.type == "SUN" else points)
+    toward = np.broadcast_to(toward, points.shape)
+    normal = geometry.normal[triangle]
+    normal = np.where((normal * toward).sum(1, keepdims=True) < 0.0, -normal, normal)
+    points = points.astype(np.float32).astype(np.float64)
+    normal = normal.astype(np.float32).astype(np.float64)
+    surface = surfaces(points.reshape(120, 120, 3), normal.reshape(120, 120, 3))
+    result = lit(geometry, light, surface)
+
+    reached = light_twin.incidence(surface, light, sample)[1].ravel() > 0.0
+    atlas = read_texture(result.shadow.distance)[..., 0].astype(np.float64)
+    want = twin.visibility(result.shadow.frustum, atlas, points, normal)
+    got = result.visibility.ravel()
+    # Same map, same rule: they part where a stored distance lies within rounding of the plane,
+    # or a texel's border within rounding of the receiver.
+    off = np.abs(got - want)[reached] > 1e-3
+    assert off.mean() < 2e-3
+
+    distance = np.linalg.norm(toward, axis=1, keepdims=True)
+    start = points + normal * 1e-5
+    hits, places = Tracer(geometry).hit(start, toward / distance)
+    length = np.linalg.norm(places - start, axis=1)
+    blocked = (hits >= 0) & ((light.type == "SUN") | (length < distance[:, 0] * (1.0 - 1e-5)))
+    # Points in both states over the picture, and 2x2 texels of 256 or 512 round the edges of
+    # a box and a room: some per cent of the points lie that close to an edge.
+    assert 0.02 < blocked[reached].mean() < 0.98
+    wrong = np.abs(got - ~blocked)[reached]
+    assert (wrong > 0.5).mean() < 0.015
+    assert wrong.mean() < 0.03
+
+
+def test_light_without_shadow_goes_through() -> None:
+    geometry = geometry_of([square(2.0, 0.0), square(0.4, 1.0)])
+    surface = surfaces(floor_points(np.linspace(-1, 1, 9), np.zeros(1)), np.array([0.0, 0.0, 1.0]))
+    light = EDGE_LIGHTS["point"]
+    shadowed = lit(geometry, light, surface).visibility
+    assert shadowed[0, 4] == 0.0
+    through = drawn_light(surface, light, [light_sample(light, 0, 1)], specular=False)
+    assert (through[..., :3] > 0.0).all()
+
+
+def test_invisible_casters_cast_nothing() -> None:
+    geometry = geometry_of([square(2.0, 0.0), square(0.4, 1.0)])
+    geometry = replace(geometry, shadow_visible=geometry.object_id == 0)
+    surface = surfaces(floor_points(np.linspace(-1, 1, 9), np.zeros(1)), np.array([0.0, 0.0, 1.0]))
+    assert (lit(geometry, EDGE_LIGHTS["point"], surface).visibility == 1.0).all()

@@ -84,7 +84,7 @@ class BakeReport:
         return {**vars(self), "seconds": dict(self.seconds)}
 
 
-def bake_scene(
+def bake_scene(  # noqa: PLR0917 - the order that every caller knows
     scene: Any,
     geometry: SceneGeometry,
     cameras: Sequence[CachingCamera],

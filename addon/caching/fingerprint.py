@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A fingerprint of everything that a cache depends on: surfaces and their materials.
+"""Fingerprints of what a cache depends on.
 
-Lights, cameras and the world's colour don't count: they may change without a new bake.
+The scene's is of its surfaces and their materials. Lights and cameras don't count: they may
+change without a new bake. The world has a fingerprint of its own, as only its picture depends
+on it.
 """
 
 from __future__ import annotations
 
 import hashlib
-import os
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,14 +16,23 @@ import bpy
 import numpy as np
 
 from ..scene.geometry import SceneGeometry
+from .fingerprint_nodes import tree_lines
 
-# Properties that say how a node looks in the editor, not what it computes.
-_LOOKS = {
-    "rna_type", "name", "label", "location", "location_absolute", "width", "width_hidden",
-    "height", "dimensions", "color", "color_tag", "use_custom_color", "select", "show_options",
-    "show_preview", "show_texture", "hide", "parent", "warning_propagation", "debug_lazy_function_graph",
-    "debug_zone_body_lazy_function_graph", "debug_zone_lazy_function_graph", "is_active_output",
-}  # fmt: skip
+# Attribute type -> property of its elements, numbers in each, and their type.
+_ELEMENTS: dict[str, tuple[str, int, type[np.generic]]] = {
+    "FLOAT": ("value", 1, np.float32),
+    "FLOAT2": ("vector", 2, np.float32),
+    "FLOAT_VECTOR": ("vector", 3, np.float32),
+    "FLOAT_COLOR": ("color", 4, np.float32),
+    "BYTE_COLOR": ("color", 4, np.float32),
+    "QUATERNION": ("value", 4, np.float32),
+    "FLOAT4X4": ("value", 16, np.float32),
+    "INT": ("value", 1, np.int32),
+    "INT8": ("value", 1, np.int32),
+    "INT16_2D": ("value", 2, np.int32),
+    "INT32_2D": ("value", 2, np.int32),
+    "BOOLEAN": ("value", 1, np.bool_),
+}
 
 
 def scene_fingerprint(geometry: SceneGeometry) -> str:
@@ -35,77 +45,63 @@ def scene_fingerprint(geometry: SceneGeometry) -> str:
         geometry.material_id,
         geometry.camera_visible,
     ):
-        digest.update(np.ascontiguousarray(array).tobytes())
+        digest.update(np.ascontiguousarray(array))
+    for part in _mesh_parts(set(geometry.object_names)):
+        digest.update(part)
+    materials = {material.name_full: material for material in bpy.data.materials}
     for name in geometry.material_names:
         digest.update(f"material {name}\n".encode())
-        material = bpy.data.materials.get(name)
-        if material is not None and material.node_tree is not None:
-            for line in _tree_lines(material.node_tree, set()):
+        material = materials.get(name)
+        if material is not None:
+            for line in _material_lines(material):
                 digest.update(line.encode())
-        elif material is not None:
-            digest.update(repr(tuple(material.diffuse_color)).encode())
     return digest.hexdigest()
 
 
-def _tree_lines(tree: Any, seen: set[int]) -> Iterator[str]:
-    """What a node tree computes, as text."""
-    if tree.session_uid in seen:
-        return
-    seen.add(tree.session_uid)
-    for node in tree.nodes:
-        yield f"{node.name} {node.bl_idname} {node.mute}\n"
-        for key in sorted(node.bl_rna.properties.keys()):
-            if key not in _LOOKS:
-                yield from _property_lines(node, key)
-        for socket in node.inputs:
-            if hasattr(socket, "default_value") and not socket.is_linked:
-                yield f"{socket.identifier}={_plain(socket.default_value)}\n"
-        inner = getattr(node, "node_tree", None)
-        if inner is not None:
-            yield from _tree_lines(inner, seen)
-    for link in tree.links:
-        yield (
-            f"{link.from_node.name}.{link.from_socket.identifier}>"
-            f"{link.to_node.name}.{link.to_socket.identifier} {link.is_muted}\n"
-        )
+def world_fingerprint(scene: Any) -> str:
+    """64 hexadecimal digits for the world of a `bpy.types.Scene`; "" when it has none."""
+    world = scene.world
+    if world is None:
+        return ""
+    digest = hashlib.sha256(repr(tuple(world.color)).encode())
+    if world.node_tree is not None:
+        for line in tree_lines(world.node_tree):
+            digest.update(line.encode())
+    return digest.hexdigest()
 
 
-def _property_lines(node: Any, key: str) -> Iterator[str]:
-    value = getattr(node, key, None)
-    if isinstance(value, bpy.types.Image):
-        yield from _image_lines(value)
-    elif isinstance(value, bpy.types.ColorRamp):
-        stops = [(element.position, tuple(element.color)) for element in value.elements]
-        yield f"{key}={value.interpolation} {value.color_mode} {stops}\n"
-    elif isinstance(value, bpy.types.CurveMapping):
-        for curve in value.curves:
-            yield f"{key}={[tuple(point.location) for point in curve.points]}\n"
-    elif isinstance(value, bool | int | float | str):
-        yield f"{key}={value!r}\n"
+def _material_lines(material: Any) -> Iterator[str]:
+    yield f"{material.pass_index} {tuple(material.diffuse_color)}\n"
+    if material.node_tree is not None:
+        yield from tree_lines(material.node_tree)
 
 
-def _image_lines(image: Any) -> Iterator[str]:
-    yield (
-        f"image {image.name} {tuple(image.size)} {image.source} {image.alpha_mode} "
-        f"{image.colorspace_settings.name}\n"
-    )
-    if image.packed_file is not None:
-        yield hashlib.sha256(image.packed_file.data).hexdigest()
-    elif image.source == "FILE":
-        path = bpy.path.abspath(image.filepath, library=image.library)
-        if os.path.isfile(path):
-            status = os.stat(path)
-            yield f"{status.st_size} {status.st_mtime_ns}\n"
-    elif image.source == "GENERATED":
-        pixels = np.empty(image.size[0] * image.size[1] * image.channels, dtype=np.float32)
-        image.pixels.foreach_get(pixels)
-        yield hashlib.sha256(pixels.tobytes()).hexdigest()
+def _mesh_parts(names: set[str]) -> Iterator[bytes]:
+    """UV maps, colours, smoothness and normals of the shown objects, as their meshes have them.
+
+    Positions are left to the evaluated geometry; names with a dot are the editor's selection.
+    """
+    seen: set[int] = set()
+    for obj in sorted(bpy.data.objects, key=lambda obj: obj.name_full):
+        if obj.name not in names:
+            continue
+        yield f"{tuple(obj.color)} {obj.pass_index}\n".encode()
+        mesh = obj.data
+        if not isinstance(mesh, bpy.types.Mesh) or mesh.session_uid in seen:
+            continue
+        seen.add(mesh.session_uid)
+        rendered_maps = [layer.name for layer in mesh.uv_layers if layer.active_render]
+        yield f"{rendered_maps}\n".encode()
+        for attribute in mesh.attributes:
+            if attribute.name.startswith(".") or attribute.name == "position":
+                continue
+            yield f"{attribute.name} {attribute.domain} {attribute.data_type}\n".encode()
+            if attribute.data_type in _ELEMENTS:
+                yield _values(attribute)
 
 
-def _plain(value: Any) -> str:
-    if isinstance(value, bool | int | float | str):
-        return repr(value)
-    try:
-        return repr(tuple(value))
-    except TypeError:
-        return getattr(value, "name", "")
+def _values(attribute: Any) -> bytes:
+    key, count, dtype = _ELEMENTS[attribute.data_type]
+    values = np.empty(len(attribute.data) * count, dtype=dtype)
+    attribute.data.foreach_get(key, values)
+    return values.tobytes()

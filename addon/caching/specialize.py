@@ -16,12 +16,11 @@ from typing import Any
 
 import bpy
 
-from ..scene.geometry_reader import NO_MATERIAL
 from .channels import CHANNELS, Channel
 from .plan import Approximation, ChannelPlan
 from .specialize_closures import DEFAULT_SURFACE, ShaderReader
 from .specialize_expression import ONE, Constant, Expression, Socket, is_zero
-from .specialize_lobes import Lobes, scale, shading_normal
+from .specialize_lobes import Lobes, scale, unit_normal
 from .specialize_tree import TreeContext
 from .view_dependence import view_dependent_effects
 
@@ -96,11 +95,13 @@ def specialized(
 
 
 def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
-    original = bpy.data.materials.get(name) if name != NO_MATERIAL else None
+    original = next((m for m in bpy.data.materials if m.name_full == name), None)
     if original is None:
         return SpecializedMaterial(name, None, None, None, DEFAULT_SURFACE, ())
     copy = original.copy()
     copy.use_fake_user = False
+    # The surfaces that are rasterized are not displaced.
+    copy.displacement_method = "BUMP"
     tree = copy.node_tree
     if tree is None:
         colour = Constant(tuple(float(x) for x in original.diffuse_color[:3]))
@@ -111,10 +112,20 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     lobes = Lobes() if output is None else reader.shader(context, output.inputs["Surface"])
     if output is not None and output.inputs["Volume"].is_linked:
         reader.report("its volume is left out")
+    if _is_displaced(original, output):
+        reader.report("its displacement is shown as bump")
     lobes = _unpremultiplied(context, lobes)
     for effect in view_dependent_effects(original.node_tree, _exact_in(original, reader, copy)):
         reader.report(effect)
     return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))
+
+
+def _is_displaced(material: Any, output: Any) -> bool:
+    return (
+        output is not None
+        and output.inputs["Displacement"].is_linked
+        and material.displacement_method != "BUMP"
+    )
 
 
 def _unpremultiplied(context: TreeContext, lobes: Lobes) -> Lobes:
@@ -210,7 +221,7 @@ def _instrument(
     build = context.build
     tree = context.tree
     opacity = build.at_least(build.complement(material.lobes.transparency), CUT_OUT_AT)
-    normal = material.lobes.normal or shading_normal(build)
+    normal = unit_normal(build, material.lobes.normal)
     for channel in CHANNELS:
         if channel.name not in plan.stored or channel.name == "depth":
             continue

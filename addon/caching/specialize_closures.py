@@ -14,7 +14,6 @@ from typing import Any
 
 from . import specialize_lobes
 from .specialize_expression import (
-    BLACK,
     ONE,
     ZERO,
     Constant,
@@ -51,10 +50,17 @@ class ShaderReader:
         source = source_of(socket)
         if source is None:
             return Lobes()
-        node = source.node
-        if node.bl_idname == "NodeGroupInput" and context.parent is not None:
+        if source.node.bl_idname == "NodeGroupInput" and context.parent is not None:
             outside = find_socket(context.group_node.inputs, source.identifier)
             return context.fetch(self.shader(context.parent, outside))
+        if source.type != "SHADER":
+            # Cycles makes an emission of a colour or value that is linked to a shader input.
+            return Lobes(emission=context.output(source, 3))
+        return self._node(context, source)
+
+    def _node(self, context: TreeContext, source: Any) -> Lobes:
+        """The lobes of the node that has this shader output."""
+        node = source.node
         if node.bl_idname == "ShaderNodeGroup":
             return self._group(context, node, source.identifier)
         if node.bl_idname == "ShaderNodeMixShader":
@@ -64,11 +70,8 @@ class ShaderReader:
             return specialize_lobes.add(context.build, first, second, self.report)
         if node.bl_idname in _CLOSURES:
             return _CLOSURES[node.bl_idname](_ClosureInputs(context, node, self.report))
-        if source.type == "SHADER":
-            self.report(f"the {node.bl_label} node '{node.name}' is not understood and shows black")
-            return Lobes()
-        # Cycles makes an emission of a colour or a value that is linked to a shader input.
-        return Lobes(emission=context.build.convert(_colour(context, socket), 3, "RGBA"))
+        self.report(f"the {node.bl_label} node '{node.name}' is not understood and shows black")
+        return Lobes()
 
     def _group(self, context: TreeContext, node: Any, identifier: str) -> Lobes:
         if node.node_tree is None:
@@ -117,14 +120,6 @@ def f0_from_ior(build: ExpressionBuilder, ior: Expression) -> Expression:
     """((ior - 1) / (ior + 1))^2."""
     root = build.divide(build.subtract(ior, ONE), build.add(ior, ONE))
     return build.multiply(root, root)
-
-
-def _colour(context: TreeContext, socket: Any) -> Expression:
-    source = source_of(socket)
-    assert source is not None
-    reroute = context.build.tree.nodes.new("ShaderNodeVectorMath")
-    context.tree.links.new(source, reroute.inputs[0])
-    return context.value(reroute.inputs[0])
 
 
 class _ClosureInputs:
@@ -239,8 +234,11 @@ def _coated(inputs: _ClosureInputs, base: Lobes) -> Lobes:
         roughness=inputs.unit("Coat Roughness"),
         normal=base.normal,
     )
-    # Already reported, in one sentence, above.
-    return specialize_lobes.add(build, under, coat, lambda effect: None)
+    return specialize_lobes.add(build, under, coat, _already_reported)
+
+
+def _already_reported(effect: str) -> None:
+    """A coat's one sentence says all that adding it approximates."""
 
 
 def _emission(build: ExpressionBuilder, colour: Expression, strength: Expression) -> Expression:
@@ -381,5 +379,3 @@ _CLOSURES: dict[str, Callable[[_ClosureInputs], Lobes]] = {
 
 # What Cycles shows where there is no material: a Diffuse BSDF of 0.8.
 DEFAULT_SURFACE = Lobes(diffuse_color=Constant((0.8, 0.8, 0.8)))
-NOTHING = Lobes(transparency=ONE)
-UNLIT = BLACK

@@ -190,3 +190,13 @@ def shading_normal(build: ExpressionBuilder) -> Expression:
     """The surface's own normal, bump of the displacement in it, turned to the camera."""
     node = build.tree.nodes.new("ShaderNodeNewGeometry")
     return Socket(node, "Normal", 3)
+
+
+def unit_normal(build: ExpressionBuilder, normal: Expression | None) -> Expression:
+    """A lobe's normal at unit length, as Cycles' closures take it."""
+    if normal is None:
+        return shading_normal(build)
+    node = build.tree.nodes.new("ShaderNodeVectorMath")
+    node.operation = "NORMALIZE"
+    build.assign(node.inputs[0], normal)
+    return Socket(node, "Vector", 3)

@@ -8,6 +8,8 @@ changed: a group is replaced by a copy of its own before anything is added to it
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from .specialize_expression import (
@@ -48,7 +50,7 @@ def source_of(socket: Any) -> Any:
 
 def default_value(socket: Any) -> Constant:
     """The value of an unlinked input."""
-    value = getattr(socket, "default_value", 0.0)
+    value: Any = getattr(socket, "default_value", 0.0)
     if components_of(socket) == 1:
         return Constant((float(value),))
     return Constant(tuple(float(x) for x in value[:3]))
@@ -82,6 +84,7 @@ class TreeContext:
         """The inside of a group node, made this material's own on the first call."""
         if node.name not in self.children:
             node.node_tree = node.node_tree.copy()
+            node.node_tree.use_fake_user = False
             self._copies.append(node.node_tree)
             self.children[node.name] = TreeContext(node.node_tree, self._copies, self, node)
         return self.children[node.name]
@@ -91,7 +94,10 @@ class TreeContext:
         source = source_of(socket)
         if source is None:
             return default_value(self._last_unlinked(socket))
-        components = components_of(socket)
+        return self.output(source, components_of(socket))
+
+    def output(self, source: Any, components: int) -> Expression:
+        """What an output gives to an input of so many components."""
         node = source.node
         if node.bl_idname in {"ShaderNodeValue", "ShaderNodeRGB"}:
             return self.build.convert(default_value(source), components, source.type)
@@ -173,15 +179,12 @@ def group_output(tree: Any) -> Any:
     return next((node for node in outputs if node.is_active_output), None)
 
 
-def _map(lobes: Lobes, carry: Any) -> Lobes:
+def _map(lobes: Lobes, carry: Callable[[Expression], Expression]) -> Lobes:
     """The lobes with each expression carried over; equal ones by the same socket."""
-    done: dict[Expression, Expression] = {}
-
-    def once(expression: Expression | None) -> Expression | None:
-        if expression is None:
-            return None
-        if expression not in done:
-            done[expression] = carry(expression)
-        return done[expression]
-
-    return Lobes(**{name: once(value) for name, value in vars(lobes).items()})
+    expressions = [value for value in vars(lobes).values() if value is not None]
+    # A dict keeps one of equal expressions, in their order.
+    carried = {expression: carry(expression) for expression in dict.fromkeys(expressions)}
+    changes: dict[str, Any] = {
+        name: carried[value] for name, value in vars(lobes).items() if value is not None
+    }
+    return replace(lobes, **changes)

@@ -253,8 +253,7 @@ class CacheStore:
     def _write_exr(self, path: Path, parts: Mapping[str, NDArray[Any]]) -> FileRecord:
         with _replacing(path) as temporary:
             _write_parts(temporary, parts)
-            record = _file_record(temporary)
-        return record
+            return _file_record(temporary)
 
 
 def _check(path: Path, record: FileRecord) -> None:

@@ -11,12 +11,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import Any
 
-# Node type -> outputs that depend on the view; None for all of them.
+from .node_use import used_nodes
+
+# Node type -> outputs that depend on the view; None for all of them. A Light Path node's other
+# outputs tell the kinds of ray apart: caching cameras and the view's camera agree on those.
 _VIEW_DEPENDENT: dict[str, frozenset[str] | None] = {
     "ShaderNodeFresnel": None,
     "ShaderNodeLayerWeight": None,
     "ShaderNodeCameraData": None,
-    "ShaderNodeLightPath": None,
+    "ShaderNodeLightPath": frozenset({"Ray Length"}),
     "ShaderNodeNewGeometry": frozenset({"Incoming"}),
     "ShaderNodeTexCoord": frozenset({"Camera", "Window", "Reflection"}),
 }
@@ -36,7 +39,7 @@ def view_dependent_effects(tree: Any, exact: Collection[int]) -> Iterator[str]:
         if current is None or current.session_uid in seen:
             continue
         seen.add(current.session_uid)
-        for node in current.nodes:
+        for node in used_nodes(current):
             pending.append(getattr(node, "node_tree", None))
             outputs = _used_view_outputs(node)
             if outputs and node.as_pointer() not in exact:

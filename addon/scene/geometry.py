@@ -41,7 +41,8 @@ class SceneGeometry:
         shadow_visible: (T,) bool, casts shadows.
         uv: (T, 3, 2) float32 of the active render UV map, or None when no material has a
             cut-out that needs it.
-        object_names, material_names: Blender's names.
+        object_names: Blender's names.
+        material_names: Blender's full names, which tell the libraries that they come from.
         cutouts: alpha masks, at most one for a material.
         warnings: one sentence for each thing left out or approximated.
     """

@@ -136,7 +136,8 @@ class _Collector:
         return self._meshes[key]
 
     def _material(self, material: Any) -> int:
-        name = material.name if material is not None else NO_MATERIAL
+        # Materials of different libraries may have the same name.
+        name = material.name_full if material is not None else NO_MATERIAL
         if name not in self.materials:
             self.materials[name] = len(self.materials)
             self.material_weights.append(_weight(material))

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which nodes of a tree have a say in what it shows."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from typing import Any
+
+_OUTPUTS = {"ShaderNodeOutputMaterial", "ShaderNodeOutputWorld", "NodeGroupOutput"}
+
+
+def used_nodes(tree: Any) -> list[Any]:
+    """The nodes that an output node of `tree`, a `bpy.types.NodeTree`, depends on, in its order.
+
+    Nodes that are linked to nothing, and chains that end nowhere, are left out. Groups are
+    given as one node.
+    """
+    feeding: dict[str, set[str]] = defaultdict(set)
+    for link in tree.links:
+        if not link.is_muted:
+            feeding[link.to_node.name].add(link.from_node.name)
+    pending = [node.name for node in tree.nodes if node.bl_idname in _OUTPUTS]
+    used = set(pending)
+    while pending:
+        new = feeding[pending.pop()] - used
+        used |= new
+        pending.extend(new)
+    return [node for node in tree.nodes if node.name in used]

@@ -84,11 +84,10 @@ def _draw_plan(
 
 def _draw_samples(axes: Axes, placement: Placement, across: list[int]) -> None:
     point = placement.sample_point[:, across]
-    covered = placement.covered
-    axes.scatter(
-        *point[covered].T, s=1.5, c=placement.quality[covered], cmap="YlGn", vmin=-0.6, vmax=1.0
-    )
-    axes.scatter(*point[~covered].T, s=2.5, c="red")
+    seen, missed = point[placement.covered], point[~placement.covered]
+    quality = placement.quality[placement.covered]
+    axes.scatter(seen[:, 0], seen[:, 1], s=1.5, c=quality, cmap="YlGn", vmin=-0.6, vmax=1.0)
+    axes.scatter(missed[:, 0], missed[:, 1], s=2.5, c="red")
 
 
 def _draw_cameras(axes: Axes, placement: Placement, across: list[int]) -> None:

@@ -36,12 +36,23 @@ def box_about(
             distance = np.linalg.norm(points - view.origin, axis=-1)
             if len(points):
                 inside.append(points[distance <= BACKGROUND * np.median(distance)])
-            if view.perspective:  # an orthographic camera may stand anywhere along its axis
-                inside.append(view.origin[None])
+            inside.append(_places(view, points))
     points = np.concatenate(inside)
     box = np.stack([points.min(axis=0), points.max(axis=0)])
     margin = ENLARGED * np.linalg.norm(box[1] - box[0])
     return np.asarray(box + np.array([[-margin], [margin]]))
+
+
+def _places(view: View, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) the place of a perspective view; for an orthographic one, which could be moved
+    along its axis without a change, as far before what it sees as its picture is large."""
+    if view.perspective:
+        return view.origin[None]
+    axis = view.world_from_camera[:3, 2]
+    # The picture's half height is one unit of clip space.
+    height = 2.0 / float(np.linalg.norm(view.clip_from_camera[1, :3]))
+    depth = (view.origin - points) @ axis
+    return np.asarray(points + np.minimum(depth, height)[:, None] * axis)
 
 
 def inside_box(points: NDArray[np.float64], box: NDArray[np.float64]) -> NDArray[np.bool_]:

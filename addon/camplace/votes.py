@@ -16,6 +16,10 @@ from .samples import Samples
 # close to surfaces would win for no other reason. A vote is multiplied by the distance to this
 # power; 2 would undo it all, but then the few rays that come far drown the rest in noise.
 SPREAD_POWER = 1.5
+# Votes are averaged over about this many cells to either side (standard deviation, in cells).
+SMOOTH = 1.0
+# Rays end this share of a cell short of the surface: it must not be rounded into the next cell.
+SHORT = 1e-3
 # Candidates are at least this many cells apart.
 APART = 3
 
@@ -47,7 +51,7 @@ class Ballot:
         directions = hemisphere_rays(samples, count, rng).reshape(-1, 3)
         origins = samples.point[sample] + lift[sample, None] * samples.normal[sample]
         hits = rays.first_hit(origins, directions)
-        passages = grid.traverse(origins, directions, hits.distance)
+        passages = grid.traverse(origins, directions, hits.distance - SHORT * grid.cell)
         self._cell = passages.cell
         self._sample = sample[passages.ray].astype(np.int32)
         # The middle of the way through the cell, about: half a cell past its entry.
@@ -92,7 +96,7 @@ def strongest_cells(votes: NDArray[np.float64], count: int) -> NDArray[np.int64]
     about the same samples are seen, and so catches few rays. A cell that is not the highest of
     those about it is left to the one that is.
     """
-    smooth = ndimage.uniform_filter(votes, size=3, mode="constant")
+    smooth = ndimage.gaussian_filter(votes, sigma=SMOOTH, mode="constant", truncate=2.0)
     peak = (smooth == ndimage.maximum_filter(smooth, size=2 * APART + 1)) & (smooth > 0.0)
     index = np.flatnonzero(peak)
     order = np.argsort(-smooth.ravel()[index], kind="stable")

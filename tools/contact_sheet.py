@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,11 +33,18 @@ class Cell:
         picture: a PNG file, or display-encoded values in [0, 1], (H, W, 3), row 0 at the bottom.
         label: what it shows.
         note: a second, paler line; figures.
+        span: how many columns wide it is.
     """
 
     picture: Path | NDArray[np.floating]
     label: str
     note: str = ""
+    span: int = 1
+
+    @property
+    def width(self) -> int:
+        """Pixels on the sheet, with the gaps between its columns."""
+        return self.span * (CELL_WIDTH + GAP) - GAP
 
 
 @dataclass(frozen=True)
@@ -49,12 +56,12 @@ class Row:
 
 
 def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
-    """All rows under one title; every cell is CELL_WIDTH wide, whatever its picture's size."""
+    """All rows under one title; a column is CELL_WIDTH wide, whatever its pictures' size."""
     from PIL import Image, ImageDraw
 
-    columns = max(len(row.cells) for row in rows)
+    columns = max(sum(cell.span for cell in row.cells) for row in rows)
     width = columns * (CELL_WIDTH + GAP) + GAP
-    pictures = [[_load(cell.picture) for cell in row.cells] for row in rows]
+    pictures = [[_load(cell) for cell in row.cells] for row in rows]
     heights = [max(picture.height for picture in row) for row in pictures]
     text = LABEL + SMALL + 14
     top = 3 * GAP + TITLE + SMALL
@@ -66,12 +73,13 @@ def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
     y = top
     for row, row_pictures, height, step in zip(rows, pictures, heights, each, strict=True):
         draw.text((GAP, y), row.heading, INK, font=_font(LABEL))
-        for column, (cell, picture) in enumerate(zip(row.cells, row_pictures, strict=True)):
-            x = GAP + column * (CELL_WIDTH + GAP)
+        x = GAP
+        for cell, picture in zip(row.cells, row_pictures, strict=True):
             sheet.paste(picture, (x, y + LABEL + GAP))
             below = y + LABEL + GAP + height + 4
             draw.text((x, below), cell.label, INK, font=_font(LABEL - 2))
             draw.text((x, below + LABEL + 2), cell.note, PALE, font=_font(SMALL - 2))
+            x += cell.width + GAP
         y += step
     return sheet
 
@@ -82,18 +90,18 @@ def write_sheet(path: Path, title: str, subtitle: str, rows: Sequence[Row]) -> N
     write_png(path, sheet[::-1] / 255.0)
 
 
-def _load(picture: Path | NDArray[Any]) -> Image:
-    """The picture at the cell's width."""
+def _load(cell: Cell) -> Image:
+    """The cell's picture at its width."""
     from PIL import Image
 
-    if isinstance(picture, Path):
-        with Image.open(picture) as file:
+    if isinstance(cell.picture, Path):
+        with Image.open(cell.picture) as file:
             image = file.convert("RGB")
     else:
-        encoded = np.clip(np.asarray(picture, dtype=np.float64)[::-1], 0.0, 1.0)
+        encoded = np.clip(np.asarray(cell.picture, dtype=np.float64)[::-1], 0.0, 1.0)
         image = Image.fromarray(np.rint(encoded * 255.0).astype(np.uint8))
-    height = round(image.height * CELL_WIDTH / image.width)
-    return image.resize((CELL_WIDTH, height), Image.Resampling.LANCZOS)
+    height = round(image.height * cell.width / image.width)
+    return image.resize((cell.width, height), Image.Resampling.LANCZOS)
 
 
 def _font(size: int) -> Font:

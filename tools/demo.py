@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 # Samples of a relit pixel, and of a reference's for each light: the reference's noise is then
 # more than 6 dB below the error (the report says by how much).
-SAMPLES = 16
+SAMPLES = 8
 REFERENCE_SAMPLES = 14
 # What every view must reach: luma, whole picture and away from edges; and its most holes.
 LEAST_PSNR_DB = 30.0
@@ -194,7 +194,7 @@ def _write_sheet(
     rows += [
         view.row(f"Frame {view.shot.frame}, two lights moved and recoloured") for view in after
     ]
-    cell = Cell(out / "cameras.png", "Caching cameras", f"{cameras} deep framebuffers")
+    cell = Cell(out / "cameras.png", "Caching cameras", f"{cameras} deep framebuffers", 3)
     rows.append(Row("Placement", [cell]))
     subtitle = f"A demo room of {triangles:,} triangles, baked once from {cameras} caching cameras"
     write_sheet(out / "contact_sheet.png", "Relume", subtitle, rows)

@@ -64,19 +64,24 @@ def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
     pictures = [[_load(cell) for cell in row.cells] for row in rows]
     heights = [max(picture.height for picture in row) for row in pictures]
     text = LABEL + SMALL + 14
-    top = 3 * GAP + TITLE + SMALL
-    each = [LABEL + 2 * GAP + height + text for height in heights]
+    top = 3 * GAP + TITLE + SMALL if title else 0
+    headings = [LABEL + GAP if row.heading else GAP for row in rows]
+    each = [
+        heading + GAP + height + text for heading, height in zip(headings, heights, strict=True)
+    ]
     sheet = Image.new("RGB", (width, top + sum(each) + GAP), PAPER)
     draw = ImageDraw.Draw(sheet)
     draw.text((GAP, GAP), title, INK, font=_font(TITLE))
     draw.text((GAP, 2 * GAP + TITLE), subtitle, PALE, font=_font(SMALL))
     y = top
-    for row, row_pictures, height, step in zip(rows, pictures, heights, each, strict=True):
+    for row, row_pictures, height, heading, step in zip(
+        rows, pictures, heights, headings, each, strict=True
+    ):
         draw.text((GAP, y), row.heading, INK, font=_font(LABEL))
         x = GAP
         for cell, picture in zip(row.cells, row_pictures, strict=True):
-            sheet.paste(picture, (x, y + LABEL + GAP))
-            below = y + LABEL + GAP + height + 4
+            sheet.paste(picture, (x, y + heading))
+            below = y + heading + height + 4
             draw.text((x, below), cell.label, INK, font=_font(LABEL - 2))
             draw.text((x, below + LABEL + 2), cell.note, PALE, font=_font(SMALL - 2))
             x += cell.width + GAP

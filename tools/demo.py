@@ -12,7 +12,7 @@ import argparse
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -96,6 +96,7 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
     }
     report["missed"] = missed_targets(report["views"])
     _write_sheet(out, report, before, after)
+    _write_highlights(out, before, after[0])
     (out / "report.json").write_text(to_json(report) + "\n", encoding="utf-8")
     progress(1.0, "done")
     return report
@@ -198,6 +199,16 @@ def _write_sheet(
     rows.append(Row("Placement", [cell]))
     subtitle = f"A demo room of {triangles:,} triangles, baked once from {cameras} caching cameras"
     write_sheet(out / "contact_sheet.png", "Relume", subtitle, rows)
+
+
+def _write_highlights(out: Path, before: Sequence[EvaluatedView], after: EvaluatedView) -> None:
+    """One small JPEG for the README: relit, reference, correspondence map, and an edit."""
+    from .contact_sheet import Row, draw_sheet
+
+    first = before[0].row("").cells
+    cells = [first[0], first[1], first[3], replace(after.row("").cells[0], label="Lights edited")]
+    cells = [replace(cell, note="") for cell in cells]
+    draw_sheet("", "", [Row("", cells)]).save(out / "highlights.jpg", quality=85)
 
 
 def missed_targets(views: Sequence[dict[str, Any]]) -> list[str]:

@@ -14,7 +14,6 @@ from ..progress import Cancelled
 from ..scene.view import View
 from ..scene.view_reader import find_camera, read_view
 from . import compatible_panels
-from .scene_session import STALE, SceneSession
 from .unbaked_picture import draw_unbaked
 from .viewport import Viewport
 
@@ -52,6 +51,9 @@ class RelumeEngine(bpy.types.RenderEngine):
 
     def _relight(self, depsgraph: Any, view: View) -> NDArray[np.float32]:
         """(H, W, 4) float32, scene-linear, premultiplied, row 0 at the bottom."""
+        # Imported late: it takes scipy along, which would slow down every start of Blender.
+        from .scene_session import STALE, SceneSession
+
         self.update_stats("", "Relume: loading the cache")
         opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
         opened.session.set_view(view)

@@ -18,14 +18,16 @@ from . import job
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key
-from .scene_session import SceneSession
 from .unbaked_picture import draw_unbaked
 
 if TYPE_CHECKING:
     import bpy
 
+    from .scene_session import SceneSession
+
 # Samples are drawn for at most so long before the interface gets its turn, in seconds.
 BUSY_S = 0.05
+LOADING = "loading the cache"
 
 
 class Viewport:
@@ -39,6 +41,7 @@ class Viewport:
         self._opened: SceneSession | None = None
         self._error = ""
         self._failed_stamp = -1
+        self._announced = False
         self._changes: SceneChanges = NOTHING
         self._key = 0
         self._key_is_old = True
@@ -56,11 +59,14 @@ class Viewport:
         scene = depsgraph.scene
         view = read_viewport(context.region, context.region_data, scene)
         try:
-            self._synchronize(engine, depsgraph)
+            self._synchronize(depsgraph)
         except InputError as error:
             self._fail(str(error))
         if self._opened is None:
-            unfinished = self._draw_unbaked(depsgraph, view)
+            # While another bake is loaded, the picture from the last one stays.
+            if not self._announced or self._texture is None:
+                self._draw_unbaked(depsgraph, view)
+            unfinished = self._announced
             engine.update_stats("Relume", self._error)
         else:
             target = scene.relume.viewport_samples
@@ -70,7 +76,7 @@ class Viewport:
         self._show(engine, scene, view)
         return unfinished
 
-    def _synchronize(self, engine: bpy.types.RenderEngine, depsgraph: Any) -> None:
+    def _synchronize(self, depsgraph: Any) -> None:
         """Open the session, or tell it what changed."""
         stamp = cache_stamp(cache_folder(depsgraph.scene))
         changes, self._changes = self._changes, NOTHING
@@ -86,7 +92,14 @@ class Viewport:
             # The same cache is not tried again before something changes.
             if stamp == self._failed_stamp and not changes:
                 return
-            engine.update_stats("Relume", "loading the cache")
+            # Reading a cache takes seconds, which the artist should know before they begin.
+            if stamp != 0 and not self._announced:
+                self._announced, self._changes, self._error = True, changes, LOADING
+                return
+            # Imported late: it takes scipy along, which would slow down every start of Blender.
+            from .scene_session import SceneSession
+
+            self._announced = False
             self._failed_stamp = stamp
             self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
         elif changes:
@@ -107,12 +120,11 @@ class Viewport:
         self._texture = opened.session.draw_combined()
         return unfinished
 
-    def _draw_unbaked(self, depsgraph: Any, view: View) -> bool:
+    def _draw_unbaked(self, depsgraph: Any, view: View) -> None:
         if not _same_view(view, self._unbaked_view):
             pixels = draw_unbaked(depsgraph, view)
             self._texture = texture_from_array(pixels, "RGBA16F")
             self._unbaked_view = view
-        return False
 
     def _status(self, opened: SceneSession, target: int) -> str:
         return f"sample {opened.session.samples_done}/{target}, {opened.describe()}"

@@ -25,6 +25,9 @@ from ..errors import InputError
 from .channels import CHANNEL_BY_NAME
 from .specialize import AOV_PREFIX
 
+# The key of Cycles' own normal among the rendered channels.
+PASS_NORMAL = "pass_normal"  # noqa: S105 - a picture, not a word
+
 # Far beyond any number of overlapping cut-outs.
 _TRANSPARENT_BOUNCES = 1024
 
@@ -39,18 +42,27 @@ _FILTER_WIDTH = 0.01
 class Stage:
     """A scene that renders texel-centre AOVs of the artist's scene."""
 
-    def __init__(self, scene: Any, camera: Any, folder: Path, channels: Sequence[str]) -> None:
+    def __init__(
+        self, scene: Any, camera: Any, path: Path, channels: Sequence[str], has_normal: bool
+    ) -> None:
         self._scene = scene
         self._camera = camera
-        self._path = folder / "deep.exr"
-        self._channels = [name for name in channels if name != "depth"]
+        self._path = path
+        # Channel -> Cycles' pass and the letters of its components.
+        self._passes = {"depth": ("Depth", "Z")}
+        for name in channels:
+            if name != "depth":
+                single = CHANNEL_BY_NAME[name].components == 1
+                self._passes[name] = (AOV_PREFIX + name, "X" if single else "RGB")
+        if has_normal:
+            self._passes[PASS_NORMAL] = ("Normal", "XYZ")
 
     def render(self, camera: CachingCamera) -> dict[str, NDArray[np.float32]]:
         """Depth, the AOVs, and the shading normal as Cycles' own pass has it.
 
         Returns:
-            (R, R, components) float32 by channel, row 0 at the bottom; "pass_normal" beside
-            them for surfaces whose material wrote no AOV.
+            (R, R, components) float32 by channel, row 0 at the bottom; PASS_NORMAL beside
+            them if the stage was made with it.
 
         Raises:
             InputError: Cycles wrote no picture.
@@ -63,79 +75,99 @@ class Stage:
         render = self._scene.render
         render.resolution_x = render.resolution_y = camera.resolution
         self._path.unlink(missing_ok=True)
-        bpy.ops.render.render(scene=self._scene.name, write_still=True)
+        try:
+            bpy.ops.render.render(scene=self._scene.name, write_still=True)
+        except RuntimeError as error:
+            raise _not_rendered(camera, f"{error}".strip()) from error
         if not self._path.is_file():
-            raise InputError(
-                f"Cycles rendered nothing for caching camera {camera.id}; free some memory or "
-                "lower the preset"
-            )
+            raise _not_rendered(camera, "no picture was written")
         return self._read(camera.resolution)
 
     def _read(self, resolution: int) -> dict[str, NDArray[np.float32]]:
-        found: dict[str, NDArray[np.float32]] = {}
-        exr = OpenEXR.File(str(self._path), separate_channels=True)
-        for part in exr.parts:
+        planes: dict[str, NDArray[np.float32]] = {}
+        for part in OpenEXR.File(str(self._path), separate_channels=True).parts:
             for name, channel in part.channels.items():
                 # Names are layer.pass.component.
-                found[".".join(name.split(".")[-2:])] = channel.pixels
-        layers = {"depth": ("Depth", "Z"), "pass_normal": ("Normal", "XYZ")}
-        for name in self._channels:
-            single = CHANNEL_BY_NAME[name].components == 1
-            layers[name] = (AOV_PREFIX + name, "X" if single else "RGB")
+                planes[".".join(name.split(".")[-2:])] = channel.pixels
         result = {}
-        for name, (layer, letters) in layers.items():
-            planes = [_plane(found, layer, letter) for letter in letters]
-            pixels = np.stack(planes, axis=-1).astype(np.float32)
-            # EXR's rows run downward.
-            result[name] = np.ascontiguousarray(pixels[::-1])
-            if pixels.shape[:2] != (resolution, resolution):
-                raise InputError(f"Cycles rendered {layer} at the wrong size {pixels.shape[:2]}")
+        for name, (layer, letters) in self._passes.items():
+            pixels = np.empty((resolution, resolution, len(letters)), dtype=np.float32)
+            for index, letter in enumerate(letters):
+                # EXR's rows run downward.
+                pixels[..., index] = _plane(planes, layer, letter)[::-1]
+            result[name] = pixels
         return result
 
 
-def _plane(found: dict[str, NDArray[np.float32]], layer: str, letter: str) -> Any:
+def _not_rendered(camera: CachingCamera, reason: str) -> InputError:
+    return InputError(
+        f"Cycles rendered nothing for caching camera {camera.id} ({reason}); free some memory "
+        "and disk space, or lower the preset"
+    )
+
+
+def _plane(planes: dict[str, NDArray[np.float32]], layer: str, letter: str) -> Any:
     # A value pass may be written under any of these letters.
     for candidate in (letter, *(("V", "Z", "R") if letter == "X" else ())):
-        if f"{layer}.{candidate}" in found:
-            return found[f"{layer}.{candidate}"]
+        if f"{layer}.{candidate}" in planes:
+            return planes[f"{layer}.{candidate}"]
     raise InputError(f"Cycles wrote no pass {layer}; is this Blender built with Cycles?")
 
 
 @contextmanager
-def staged(scene: Any, channels: Sequence[str]) -> Iterator[Stage]:
-    """A `Stage` for `scene`, a `bpy.types.Scene`, taken down again at the end."""
+def staged(scene: Any, channels: Sequence[str], has_normal: bool) -> Iterator[Stage]:
+    """A `Stage` for `scene`, a `bpy.types.Scene`, taken down again at the end.
+
+    Args:
+        scene: whose objects are rendered, at its current frame.
+        channels: names of the channels to render.
+        has_normal: whether Cycles' own normal is wanted beside them.
+    """
     stage = scene.copy()
     data = bpy.data.cameras.new("Relume caching camera")
     camera = bpy.data.objects.new("Relume caching camera", data)
     try:
-        stage.name = "Relume bake"
-        stage.collection.objects.link(camera)
-        stage.camera = camera
-        stage.world = None
-        stage.use_nodes = False
-        data.type = "PERSP"
-        data.sensor_fit = "HORIZONTAL"
-        data.lens_unit = "FOV"
         with TemporaryDirectory(prefix="relume-") as folder:
-            _set_up_render(stage, Path(folder) / "deep.exr")
+            path = Path(folder) / "deep.exr"
+            stage.name = "Relume bake"
+            stage.collection.objects.link(camera)
+            stage.camera = camera
+            stage.world = None
+            data.type = "PERSP"
+            data.sensor_fit = "HORIZONTAL"
+            data.lens_unit = "FOV"
+            _set_up_render(stage, path)
             _set_up_cycles(stage.cycles)
-            _set_up_layer(stage, channels)
-            yield Stage(stage, camera, Path(folder), channels)
+            _set_up_layer(stage, channels, has_normal)
+            yield Stage(stage, camera, path, channels, has_normal)
     finally:
         bpy.data.scenes.remove(stage)
         bpy.data.objects.remove(camera)
         bpy.data.cameras.remove(data)
 
 
+@contextmanager
+def without_new_pictures() -> Iterator[None]:
+    """Removes the image block, Render Result, that the first render in a file makes."""
+    known = {image.session_uid for image in bpy.data.images}
+    try:
+        yield
+    finally:
+        new = [image for image in bpy.data.images if image.session_uid not in known]
+        bpy.data.batch_remove([image for image in new if image.type == "RENDER_RESULT"])
+
+
 def _set_up_render(stage: Any, path: Path) -> None:
+    """Everything that would change the picture but not the surfaces is off; simplification
+    changes the surfaces and stays as the artist has it."""
     render = stage.render
     render.engine = "CYCLES"
     render.filepath = str(path)
     render.use_file_extension = False
     render.use_overwrite = True
     render.use_persistent_data = True
-    render.use_compositing = render.use_sequencer = False
-    render.use_border = render.use_motion_blur = render.use_simplify = False
+    render.use_compositing = render.use_sequencer = render.use_freestyle = False
+    render.use_border = render.use_motion_blur = False
     render.use_multiview = render.use_stamp = False
     render.resolution_percentage = 100
     render.pixel_aspect_x = render.pixel_aspect_y = 1.0
@@ -152,24 +184,33 @@ def _set_up_cycles(cycles: Any) -> None:
     cycles.samples = 1
     cycles.seed = 0
     cycles.use_animated_seed = False
-    cycles.use_adaptive_sampling = cycles.use_denoising = False
+    cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_guiding = False
     cycles.pixel_filter_type = "BOX"
     cycles.filter_width = _FILTER_WIDTH
     cycles.max_bounces = 0
     cycles.transparent_max_bounces = _TRANSPARENT_BOUNCES
+    cycles.use_camera_cull = cycles.use_distance_cull = False
     cycles.use_auto_tile = False
     cycles.time_limit = 0.0
-    cycles.shading_system = False
 
 
-def _set_up_layer(stage: Any, channels: Sequence[str]) -> None:
-    layer = stage.view_layers[0]
+def _set_up_layer(stage: Any, channels: Sequence[str], has_normal: bool) -> None:
+    """The view layer that the geometry is read from, with nothing that has no triangles."""
+    layer = next((layer for layer in stage.view_layers if layer.use), stage.view_layers[0])
     for other in stage.view_layers:
         other.use = other == layer
+    layer.use_solid = True
+    layer.use_strand = layer.use_volumes = layer.use_grease_pencil = False
+    for passes in (layer, layer.cycles):
+        for key in passes.bl_rna.properties.keys():  # noqa: SIM118 - not a dict
+            if key.startswith(("use_pass_", "pass_debug_")):
+                setattr(passes, key, False)
+    layer.cycles.denoising_store_passes = False
     layer.material_override = None
     layer.world_override = None
     layer.samples = 0
-    layer.use_pass_z = layer.use_pass_normal = True
+    layer.use_pass_z = True
+    layer.use_pass_normal = has_normal
     layer.pass_alpha_threshold = _ALPHA_THRESHOLD
     while layer.aovs:
         layer.aovs.remove(layer.aovs[0])

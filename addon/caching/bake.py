@@ -7,7 +7,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,41 +18,19 @@ from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.geometry_reader import NO_MATERIAL
 from ..scene.world_reader import read_world, render_world
-from .aov_render import Stage, far_is_nothing, staged
+from .aov_render import PASS_NORMAL, Stage, far_is_nothing, staged, without_new_pictures
+from .bake_settings import PRESETS, BakeSettings, Preset, prepare_store
 from .channels import CHANNELS
-from .fingerprint import scene_fingerprint
+from .fingerprint import scene_fingerprint, world_fingerprint
 from .framebuffer import DeepFramebuffer
+from .linked_surfaces import local_stand_ins
 from .plan import ChannelPlan
 from .specialize import SpecializedMaterial, specialized
 from .specialize_closures import DEFAULT_SURFACE
 from .specialize_expression import Constant
-from .store import MANIFEST_NAME, CacheStore, Manifest
+from .store import CacheStore, Manifest
 
-Preset = Literal["draft", "balanced", "final"]
-
-# Preset -> highest resolution tier, rays of ambient occlusion.
-_PRESETS: dict[Preset, tuple[int, int]] = {
-    "draft": (512, 8),
-    "balanced": (1024, 16),
-    "final": (2048, 32),
-}
-
-
-@dataclass(frozen=True)
-class BakeSettings:
-    """What may be chosen about a bake.
-
-    Attributes:
-        preset: how fine.
-        only: ids of the cameras to bake now; None for all.
-        resume: keep finished cameras of an earlier bake of this scene with these settings.
-        overwrite: take the place of a cache of another scene.
-    """
-
-    preset: Preset = "balanced"
-    only: frozenset[int] | None = None
-    resume: bool = False
-    overwrite: bool = False
+__all__ = ["BakeReport", "BakeSettings", "Preset", "bake_scene"]
 
 
 @dataclass(frozen=True)
@@ -104,25 +82,28 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
     """
     settings = settings or BakeSettings()
     started = time.monotonic()
-    max_resolution, rays = _PRESETS[settings.preset]
+    max_resolution, rays = PRESETS[settings.preset]
     fitted = tuple(replace(c, resolution=min(c.resolution, max_resolution)) for c in cameras)
+    _check_ids(settings.only, fitted)
     progress(0.0, "Reading the scene")
     world = _world(scene)
     fingerprint = scene_fingerprint(geometry)
-    with specialized(geometry.material_names, rays if world is not None else 0) as (plan, shown):
+    ambient_rays = rays if world is not None else 0
+    with (
+        without_new_pictures(),
+        local_stand_ins(),
+        specialized(geometry.material_names, ambient_rays) as (plan, shown),
+    ):
         manifest = Manifest(fingerprint, {"preset": settings.preset}, plan, fitted)
-        store = _prepare_store(Path(folder), manifest, settings)
+        store = prepare_store(Path(folder), manifest, settings)
         seconds = {"prepare": time.monotonic() - started}
         wanted = [c for c in fitted if settings.only is None or c.id in settings.only]
-        _check_ids(settings.only, fitted)
         kept = [c for c in wanted if store.is_intact(c.id)]
         todo = [c for c in wanted if c not in kept]
         baked = _bake_cameras(scene, store, todo, shown, progress)
-    started = time.monotonic()
-    if world is not None and world.needs_baking and store.manifest.world is None:
-        progress(0.97, "Rendering the world")
-        record = store.write_world(render_world(scene))
-        store.write_manifest(replace(store.manifest, world=record))
+    if world is not None and world.needs_baking:
+        started = time.monotonic()
+        _bake_world(scene, store, progress)
         seconds["world"] = time.monotonic() - started
     progress(1.0, f"{len(store.cameras)} of {len(fitted)} cameras baked")
     return BakeReport(
@@ -154,30 +135,15 @@ def _check_ids(only: frozenset[int] | None, cameras: Sequence[CachingCamera]) ->
         )
 
 
-def _prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> CacheStore:
-    """The cache to bake into: an earlier one of the same scene and settings, or a new one."""
-    if not (folder / MANIFEST_NAME).exists():
-        return CacheStore.create(folder, manifest)
-    try:
-        store = CacheStore.open(folder)
-        store.check_fingerprint(manifest.fingerprint)
-    except InputError:
-        if not settings.overwrite:
-            raise
-        return CacheStore.create(folder, manifest)
-    same = (
-        store.plan == manifest.plan
-        and [c.to_json() for c in store.manifest.cameras] == [c.to_json() for c in manifest.cameras]
-        and store.manifest.settings == manifest.settings
-    )
-    # Without --resume everything is baked again; a part of the cameras always joins the rest.
-    if same and (settings.resume or settings.only is not None):
-        if settings.resume:
-            return store
-        rest = {n: r for n, r in store.manifest.finished.items() if n not in (settings.only or ())}
-        store.write_manifest(replace(store.manifest, finished=rest))
-        return store
-    return CacheStore.create(folder, manifest)
+def _bake_world(scene: Any, store: CacheStore, progress: Progress) -> None:
+    """The world's picture, unless the cache has it already."""
+    fingerprint = world_fingerprint(scene)
+    manifest = store.manifest
+    if manifest.world is None or manifest.world_fingerprint != fingerprint:
+        progress(0.97, "Rendering the world")
+        with without_new_pictures():
+            picture = render_world(scene)
+        store.add_world(picture, fingerprint)
 
 
 @dataclass
@@ -201,16 +167,15 @@ def _bake_cameras(
     if not cameras:
         return baked
     done, total = 0, sum(camera.resolution**2 for camera in cameras)
-    with staged(scene, store.plan.stored) as stage:
+    has_default = NO_MATERIAL in store.plan.material_names
+    with staged(scene, store.plan.stored, has_default) as stage:
         for number, camera in enumerate(cameras, start=1):
             message = f"Baking camera {number} of {len(cameras)}"
             progress(0.02 + 0.94 * done / total, message)
             started = time.monotonic()
             framebuffer = _bake_camera(stage, camera, store.plan, materials)
             rendered = time.monotonic()
-            record = store.write_camera(framebuffer)
-            finished = {**store.manifest.finished, camera.id: record}
-            store.write_manifest(replace(store.manifest, finished=finished))
+            record = store.add_camera(framebuffer)
             baked.raw_bytes += framebuffer.raw_bytes
             baked.stored_bytes += record.size
             baked.render_seconds += rendered - started
@@ -226,14 +191,16 @@ def _bake_camera(
     materials: Sequence[SpecializedMaterial],
 ) -> DeepFramebuffer:
     rendered = stage.render(camera)
-    depth = far_is_nothing(rendered["depth"], camera.far)
-    channels = {"depth": depth}
-    hit = depth > 0.0
-    for name in plan.stored:
-        if name != "depth":
-            channels[name] = np.where(hit, rendered[name], np.float32(0.0))
+    rendered["depth"] = far_is_nothing(rendered["depth"], camera.far)
+    channels = {name: rendered[name] for name in plan.stored}
     if NO_MATERIAL in plan.material_names:
-        _show_default(channels, rendered["pass_normal"], plan)
+        _show_default(channels, rendered[PASS_NORMAL], plan)
+    elif "material_id" in channels:
+        # What is none of the scene's materials is none of its triangles either.
+        channels["depth"][channels["material_id"] == 0.0] = 0.0
+    nothing = channels["depth"] == 0.0
+    for values in channels.values():
+        np.copyto(values, np.float32(0.0), where=nothing)
     _check_finite(channels, materials, camera)
     return DeepFramebuffer(camera, channels)
 
@@ -264,9 +231,10 @@ def _check_finite(
     camera: CachingCamera,
 ) -> None:
     for name, pixels in channels.items():
-        broken = ~np.isfinite(pixels).all(axis=-1)
-        if not broken.any():
+        # One sum is cheaper than a test of each, and keeps what is not finite.
+        if np.isfinite(np.sum(pixels, dtype=np.float64)):
             continue
+        broken = ~np.isfinite(pixels).all(axis=-1)
         number = 1
         if "material_id" in channels:
             number = int(np.nan_to_num(channels["material_id"][broken][0, 0]))

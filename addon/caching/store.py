@@ -9,6 +9,9 @@
 Every file is written under a temporary name, flushed to the disk and renamed; the manifest
 comes last. A reader finds the old state or the new one, never half of either. The manifest
 records each file's size and SHA-256, and nothing is read that differs.
+
+Processes that bake different cameras of one cache change its manifest one at a time, each from
+what it then says, so that none loses what another one finished.
 """
 
 from __future__ import annotations
@@ -17,9 +20,10 @@ import errno
 import hashlib
 import json
 import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +34,7 @@ from numpy.typing import NDArray
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from .channels import CHANNEL_BY_NAME
+from .folder_lock import locked
 from .framebuffer import DeepFramebuffer
 from .plan import ChannelPlan
 
@@ -38,6 +43,9 @@ SCHEMA_VERSION = 1
 MANIFEST_NAME = "manifest.json"
 WORLD_NAME = "world.exr"
 _BAKE_AGAIN = "bake the cache again"
+
+# Writing one file takes seconds; a temporary file older than this has no writer any more.
+_PART_SECONDS = 3600.0
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,7 @@ class Manifest:
         cameras: all caching cameras, finished or not, in order.
         finished: the files of the finished ones, by camera id.
         world: the world's picture, if there is one.
+        world_fingerprint: of the world that the picture shows; "" without one.
     """
 
     fingerprint: str
@@ -67,6 +76,13 @@ class Manifest:
     cameras: tuple[CachingCamera, ...]
     finished: Mapping[int, FileRecord] = field(default_factory=dict)
     world: FileRecord | None = None
+    world_fingerprint: str = ""
+
+    def continues(self, other: Manifest) -> bool:
+        """Whether it and `other` are states of one bake: all but what is finished is equal."""
+        progress = ("finished", "world", "world_fingerprint")
+        mine, theirs = self.to_json(), other.to_json()
+        return all(mine[key] == theirs[key] for key in mine if key not in progress)
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -79,6 +95,7 @@ class Manifest:
             "cameras": [camera.to_json() for camera in self.cameras],
             "finished": {str(number): vars(record) for number, record in self.finished.items()},
             "world": None if self.world is None else vars(self.world),
+            "world_fingerprint": self.world_fingerprint,
         }
 
     @classmethod
@@ -91,6 +108,7 @@ class Manifest:
             cameras=tuple(CachingCamera.from_json(camera) for camera in data["cameras"]),
             finished={int(n): _record(record) for n, record in data["finished"].items()},
             world=None if data["world"] is None else _record(data["world"]),
+            world_fingerprint=str(data.get("world_fingerprint", "")),
         )
 
 
@@ -144,17 +162,30 @@ class CacheStore:
 
     @classmethod
     def create(cls, folder: Path, manifest: Manifest) -> CacheStore:
-        """Make the folder and write a first manifest.
+        """Make the folder and write a first manifest; what an earlier cache left there goes.
 
         Raises:
             InputError: nothing can be written there.
         """
-        folder = Path(folder)
-        store = cls(folder, manifest)
-        with _write_errors(folder):
-            (folder / "cameras").mkdir(parents=True, exist_ok=True)
+        store = cls(Path(folder), manifest)
+        with _write_errors(store.folder):
+            (store.folder / "cameras").mkdir(parents=True, exist_ok=True)
         store.write_manifest(manifest)
+        store._sweep()
         return store
+
+    @staticmethod
+    @contextmanager
+    def exclusive(folder: Path) -> Iterator[None]:
+        """Make the folder, and keep other processes from changing its cache in this block.
+
+        Raises:
+            InputError: nothing can be written there.
+        """
+        with _write_errors(folder):
+            folder.mkdir(parents=True, exist_ok=True)
+            with locked(folder):
+                yield
 
     @property
     def plan(self) -> ChannelPlan:
@@ -173,6 +204,13 @@ class CacheStore:
             raise InputError(
                 f"{self.folder} is the cache of another scene, or of this one before its objects "
                 "or materials changed; bake it again or choose another folder"
+            )
+
+    def check_world(self, fingerprint: str) -> None:
+        """Raises InputError when the world's picture shows another world than this."""
+        if self.manifest.world is not None and self.manifest.world_fingerprint != fingerprint:
+            raise InputError(
+                f"the world changed after {self.folder} was baked; bake it again with --resume"
             )
 
     def camera_path(self, number: int) -> Path:
@@ -234,7 +272,7 @@ class CacheStore:
         """
         precisions = {name: CHANNEL_BY_NAME[name].precision for name in framebuffer.channels}
         parts = {
-            name: pixels.astype(np.float16 if precisions[name] == "half" else np.float32)
+            name: _half(pixels) if precisions[name] == "half" else pixels
             for name, pixels in framebuffer.channels.items()
         }
         return self._write_exr(self.camera_path(framebuffer.camera.id), parts)
@@ -250,10 +288,62 @@ class CacheStore:
             temporary.write_text(text, encoding="utf-8")
         self.manifest = manifest
 
+    @contextmanager
+    def changing(self) -> Iterator[Manifest]:
+        """The manifest as it is on the disk now, which no one else changes in this block.
+
+        Raises:
+            InputError: as write_camera(), or another bake began in this folder meanwhile.
+        """
+        with self.exclusive(self.folder):
+            now = CacheStore.open(self.folder).manifest
+            if not now.continues(self.manifest):
+                raise InputError(
+                    f"another bake took the place of this one in {self.folder}; choose another "
+                    "folder for one of them"
+                )
+            yield now
+
+    def add_camera(self, framebuffer: DeepFramebuffer) -> FileRecord:
+        """Write one deep framebuffer and record it in the manifest. Raises as changing()."""
+        record = self.write_camera(framebuffer)
+        with self.changing() as now:
+            finished = {**now.finished, framebuffer.camera.id: record}
+            self.write_manifest(replace(now, finished=finished))
+        return record
+
+    def add_world(self, picture: NDArray[np.float32], fingerprint: str) -> FileRecord:
+        """Write the world's picture and record it in the manifest. Raises as changing()."""
+        record = self.write_world(picture)
+        with self.changing() as now:
+            self.write_manifest(replace(now, world=record, world_fingerprint=fingerprint))
+        return record
+
+    def _sweep(self) -> None:
+        """Remove files of an earlier cache, and what a killed process left half-written."""
+        keep = {self.camera_path(camera.id) for camera in self.manifest.cameras}
+        stale = [p for p in (self.folder / "cameras").glob("*.exr") if p not in keep]
+        if self.manifest.world is None:
+            stale.append(self.folder / WORLD_NAME)
+        before = time.time() - _PART_SECONDS
+        stale += [p for p in self.folder.rglob(".*.part") if p.stat().st_mtime < before]
+        for path in stale:
+            path.unlink(missing_ok=True)
+
     def _write_exr(self, path: Path, parts: Mapping[str, NDArray[Any]]) -> FileRecord:
         with _replacing(path) as temporary:
             _write_parts(temporary, parts)
             return _file_record(temporary)
+
+
+def _half(pixels: NDArray[np.float32]) -> NDArray[np.float16]:
+    """Rounded to half precision; what is too large becomes the largest number it has."""
+    with np.errstate(over="ignore"):
+        rounded = pixels.astype(np.float16)
+    if np.isinf(rounded).any():
+        largest = np.finfo(np.float16).max
+        rounded = np.clip(rounded, -largest, largest)
+    return rounded
 
 
 def _check(path: Path, record: FileRecord) -> None:

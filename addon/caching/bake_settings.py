@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What may be chosen about a bake, and the cache that a choice goes on with or begins."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
+
+from ..errors import InputError
+from .store import MANIFEST_NAME, CacheStore, Manifest
+
+Preset = Literal["draft", "balanced", "final"]
+
+# Preset -> highest resolution tier, rays of ambient occlusion.
+PRESETS: dict[Preset, tuple[int, int]] = {
+    "draft": (512, 8),
+    "balanced": (1024, 16),
+    "final": (2048, 32),
+}
+
+
+@dataclass(frozen=True)
+class BakeSettings:
+    """What may be chosen about a bake.
+
+    Attributes:
+        preset: how fine.
+        only: ids of the cameras to bake now; None for all.
+        resume: keep finished cameras of an earlier bake of this scene with these settings.
+        overwrite: take the place of a cache of another scene.
+    """
+
+    preset: Preset = "balanced"
+    only: frozenset[int] | None = None
+    resume: bool = False
+    overwrite: bool = False
+
+
+def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> CacheStore:
+    """The cache to bake into: an earlier one, or a new one in its place.
+
+    With `resume` an earlier cache is gone on with; with `only` these cameras are taken out of
+    it, to be baked again; else all are. Several processes may do so at once.
+
+    Raises:
+        InputError: the folder cannot be written, or holds another scene's cache, or one that
+            was baked from other cameras or with another preset and is to be gone on with.
+    """
+    folder = Path(folder)
+    with CacheStore.exclusive(folder):
+        earlier = _earlier(folder, settings.overwrite)
+        if earlier is None:
+            return CacheStore.create(folder, manifest)
+        if not settings.overwrite:
+            earlier.check_fingerprint(manifest.fingerprint)
+        if not settings.resume and settings.only is None:
+            return CacheStore.create(folder, manifest)
+        if not earlier.manifest.continues(manifest):
+            if settings.overwrite:
+                return CacheStore.create(folder, manifest)
+            raise InputError(_difference(folder, earlier.manifest, manifest))
+        if not settings.resume:
+            again = settings.only or frozenset()
+            rest = {n: r for n, r in earlier.manifest.finished.items() if n not in again}
+            earlier.write_manifest(replace(earlier.manifest, finished=rest))
+        return earlier
+
+
+def _earlier(folder: Path, overwrite: bool) -> CacheStore | None:
+    if not (folder / MANIFEST_NAME).exists():
+        return None
+    try:
+        return CacheStore.open(folder)
+    except InputError:
+        if overwrite:
+            return None
+        raise
+
+
+def _difference(folder: Path, earlier: Manifest, wanted: Manifest) -> str:
+    """Why an earlier bake cannot be gone on with, in one sentence."""
+    if earlier.settings != wanted.settings:
+        what = f"the preset {earlier.settings.get('preset')!r}"
+    elif earlier.plan != wanted.plan:
+        what = "other channels, for a world or materials that changed"
+    else:
+        what = "other caching cameras"
+    return f"{folder} was baked with {what}; bake all of it again, or choose another folder"

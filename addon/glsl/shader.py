@@ -54,6 +54,7 @@ class PassShader:
         outputs: (GLSL type, name), in the order of the framebuffer's colour slots.
         defines: preprocessor names and values; only what the scene requires is compiled.
         generated: GLSL made by the caller (an unpacking function, say), before the library.
+        writes_depth: whether the fragment shader sets gl_FragDepth.
     """
 
     name: str
@@ -67,10 +68,21 @@ class PassShader:
     varyings: tuple[Varying, ...] = ()
     defines: tuple[tuple[str, str], ...] = ()
     generated: str = ""
+    writes_depth: bool = False
 
     def build(self) -> ShaderProgram:
-        """Compile. Needs a current GPU context."""
-        return ShaderProgram(self)
+        """Compile, or give what was compiled from the same description before.
+
+        Needs a current GPU context. Programs live as long as the process: they are few, and
+        with Blender 5.2's OpenGL back end, where a shader was freed before the batches that it
+        had drawn, batches made in between were now and then drawn blank.
+        """
+        return _program(self)
+
+
+@cache
+def _program(description: PassShader) -> ShaderProgram:
+    return ShaderProgram(description)
 
 
 class ShaderProgram:
@@ -95,6 +107,8 @@ class ShaderProgram:
             info.vertex_out(interface)
         for slot, (glsl_type, name) in enumerate(description.outputs):
             info.fragment_out(slot, glsl_type, name)
+        if description.writes_depth:
+            info.depth_write("ANY")
         library = "\n".join(source(f"lib/{name}.glsl") for name in description.library)
         info.vertex_source(source(f"passes/{description.vertex}.glsl"))
         info.fragment_source(

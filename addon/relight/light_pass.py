@@ -141,6 +141,7 @@ def light_uniforms(
         # Only the direction counts: without the scale float32 holds every light's matrix.
         light_from_world /= np.abs(light_from_world).max()
         cone[:2] = spot_cone(light)
+        cone[2] = float(light.is_flat_spot)
     elif light.type == "AREA":
         cone[:2] = spread_cone(light)
     return {

@@ -9,7 +9,9 @@ Points of a point or spot light lie in a *ball*, with a density that grows as
 1 / sqrt(1 - r^2) towards its surface. Seen from any side such a ball is an evenly bright disk:
 the chord integral of that density is pi for every ray (Abel's transform of a constant). So one
 set of isotropic point emitters stands for the disk that Cycles turns towards each receiver, and
-by Newton's shell theorem their mean irradiance outside the ball is the centre's exactly.
+by Newton's shell theorem their mean irradiance outside the ball is the centre's exactly. What a
+spot lights lies before it: its points lie on the disk across its axis, so that a wall through
+the lamp hides the same part of it as in Cycles.
 """
 
 from __future__ import annotations
@@ -63,6 +65,10 @@ def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.floa
     if light.type == "AREA":
         corner = side * (_on_disk(u) if light.is_round else u[:2] - 0.5)
         return np.asarray(light.position + corner @ light.extents)
+    if light.is_flat_spot:
+        right, up = light.disk_axes
+        x, y = 2.0 * side * light.shadow_soft_size * _on_disk(u)
+        return np.asarray(light.position + x * right + y * up)
     z = 2.0 * u[0] - 1.0
     around = 2.0 * np.pi * u[1]
     ring = np.sqrt(1.0 - z * z)

@@ -26,10 +26,12 @@ _WIDEST_CONE = np.radians(120.0)
 # Texels beyond a face's border, so that the 2x2 comparison never needs a neighbouring face.
 _GUARD_TEXELS = 1.0
 
-# Nearest over farthest distance. A 32-bit depth buffer then tells surfaces apart that differ
-# by 6e-8 / 1e-4 = 6e-4 of their distance at worst; what is compared is the stored distance.
-_NEAR_OVER_FAR = 1e-4
+# Nearest over farthest distance of a perspective face. Surfaces are sorted by their distance
+# from the light, so this costs no precision; it only keeps the projection defined.
+_NEAR_OVER_FAR = 1e-7
 
+# How far a map reaches beyond what it must hold, as a share of its depth: above rounding.
+_MARGIN = 1e-4
 
 @dataclass(frozen=True)
 class ShadowSettings:
@@ -144,7 +146,7 @@ def shadow_frustum(
         half_extent=half_extent * _guarded(resolution),
         inner_half_extent=half_extent,
         near=far * _NEAR_OVER_FAR,
-        far=far * (1.0 + _NEAR_OVER_FAR),
+        far=far * (1.0 + _MARGIN),
         resolution=resolution,
     )
 
@@ -213,7 +215,7 @@ def _parallel(
     half = 0.5 * float((high - low)[:2].max())
     depth = float(casters[:, 2].max() - min(casters[:, 2].min(), low[2])) or 1.0
     half = half or depth
-    margin = depth * _NEAR_OVER_FAR
+    margin = depth * _MARGIN
     centre = np.array([*(0.5 * (low + high))[:2], casters[:, 2].max() + margin])
     return ShadowFrustum(
         origin=middle + centre @ rotation,

@@ -24,7 +24,7 @@ _CASTER_BLOCK = UniformBlock(
         Field("vec4", "origin"),
         Field("vec4", "axis"),
         Field("vec4", "centre"),
-        Field("vec4", "behind"),
+        Field("float", "far"),
     ),
 )
 
@@ -33,6 +33,7 @@ _PASS = PassShader(
     fragment="shadow_distance",
     blocks=(_CASTER_BLOCK,),
     outputs=(("VEC4", "caster_distance"),),
+    writes_depth=True,
 )
 
 # What a pass declares that reads a shadow map.
@@ -129,16 +130,16 @@ class ShadowPass:
         size = frustum.resolution
         target = framebuffer([distance], self._depth_texture(frustum.size))
         axis = np.append(-frustum.face_from_world[0, 2], 1.0) if frustum.parallel else np.zeros(4)
-        has_ball = light.type in ("POINT", "SPOT")
-        centre = light.position - self._geometry.origin if has_ball else np.zeros(3)
+        is_lamp = light.type in ("POINT", "SPOT")
+        centre = light.position - self._geometry.origin if is_lamp else np.zeros(3)
         # Sample points lie in this ball; see the shader.
-        radius_sq = light.shadow_soft_size**2 if has_ball and sample.count > 1 else 0.0
-        is_spot = light.type == "SPOT" and light.spot_size <= np.pi
+        has_ball = is_lamp and not light.is_flat_spot and sample.count > 1
+        radius_sq = light.shadow_soft_size**2 if has_ball else 0.0
         caster = {
             "origin": np.append(frustum.origin - self._geometry.origin, 0.0),
             "axis": axis,
             "centre": np.append(centre, radius_sq),
-            "behind": np.append(-light.direction if is_spot else np.zeros(3), 0.0),
+            "far": frustum.far,
         }
         with target.bind():
             gpu.state.blend_set("NONE")

@@ -14,6 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+# Beyond this full angle receivers see a disk across the axis at less than half its width.
+WIDEST_FLAT_SPOT = float(np.radians(120.0))
+
 LightType = Literal["POINT", "SPOT", "SUN", "AREA"]
 AreaShape = Literal["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"]
 
@@ -82,6 +85,19 @@ class Light:
         """(3,) float64 unit vector, world space: where the light shines (its -Z)."""
         axis = -self.world_from_light[:3, 2]
         return np.asarray(axis / np.linalg.norm(axis))
+
+    @property
+    def is_flat_spot(self) -> bool:
+        """A spot whose cone is narrow enough for one disk across its axis to stand for it."""
+        return self.type == "SPOT" and self.spot_size <= WIDEST_FLAT_SPOT
+
+    @cached_property
+    def disk_axes(self) -> NDArray[np.float64]:
+        """(2, 3) float64 unit vectors across the light's axis."""
+        helper = np.eye(3)[np.argmin(np.abs(self.direction))]
+        right = np.cross(self.direction, helper)
+        right /= np.linalg.norm(right)
+        return np.stack([right, np.cross(right, self.direction)])
 
     @property
     def power(self) -> NDArray[np.float64]:

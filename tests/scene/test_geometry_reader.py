@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from addon.errors import InputError
+from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry import SceneGeometry
 from addon.scene.geometry_reader import read_geometry
-from addon.scene.depsgraph_reader import with_render_depsgraph
 
 
 @pytest.fixture

@@ -63,7 +63,11 @@ Incidence incidence(vec3 position)
   vec3 to_centre = light.centre.xyz - position;
   float centre_sq = dot(to_centre, to_centre);
   float radius_sq = light.radius_sq;
-  if (centre_sq <= radius_sq) {
+  bool is_flat = light.cone.z > 0.0;
+  if (is_flat) {
+    result.strength = 1.0 / (centre_sq + light.disk * radius_sq);
+  }
+  else if (centre_sq <= radius_sq) {
     result.strength = 1.0 / (radius_sq + light.disk * centre_sq);
     result.widening = light.cell / radius_sq;
   }

@@ -182,7 +182,7 @@ def test_a_full_disk_leaves_the_old_state(
     def full(*_: Any) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    monkeypatch.setattr(store_module.os, "fsync", full)
+    monkeypatch.setattr("os.fsync", full)
     with pytest.raises(InputError, match="the disk is full"):
         cache.write_camera(framebuffer(7))
     with pytest.raises(InputError, match="the disk is full"):

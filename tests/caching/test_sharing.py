@@ -1,0 +1,153 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes that share a cache, go on with it, or take its place."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from addon.caching.bake_settings import BakeSettings, prepare_store
+from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.plan import ChannelPlan
+from addon.caching.store import CacheStore, Manifest
+from addon.camplace.camera import CachingCamera
+from addon.errors import InputError
+
+COUNT = 24
+PLAN = ChannelPlan(("depth", "normal"), {"material_id": (1.0,)}, ("grey",))
+
+
+def camera(number: int) -> CachingCamera:
+    return CachingCamera(number, np.eye(4), 1.0, 0.1, 10.0, 2, "CUBE_FACE", 0)
+
+
+def framebuffer(number: int) -> DeepFramebuffer:
+    shapes = {"depth": (2, 2, 1), "normal": (2, 2, 3)}
+    channels = {name: np.full(shape, number, dtype=np.float32) for name, shape in shapes.items()}
+    return DeepFramebuffer(camera(number), channels)
+
+
+MANIFEST = Manifest("scene", {"preset": "draft"}, PLAN, tuple(camera(i) for i in range(COUNT)))
+
+
+def bake_some(folder: Path, numbers: range) -> None:
+    """What one process of a farm does."""
+    store = prepare_store(folder, MANIFEST, BakeSettings(only=frozenset(numbers)))
+    for number in numbers:
+        store.add_camera(framebuffer(number))
+
+
+def test_processes_do_not_lose_each_others_cameras(tmp_path: Path) -> None:
+    """Three processes begin one cache and add to it as fast as they can."""
+    script = (
+        "from pathlib import Path; from tests.caching.test_sharing import bake_some; "
+        f"import sys; n = int(sys.argv[1]); bake_some(Path({str(tmp_path / 'cache')!r}), "
+        f"range(n, {COUNT}, 3))"
+    )
+    children = [
+        subprocess.Popen([sys.executable, "-c", script, str(n)], cwd=Path.cwd()) for n in range(3)
+    ]
+    assert [child.wait() for child in children] == [0, 0, 0]
+    store = CacheStore.open(tmp_path / "cache")
+    assert [c.id for c in store.cameras] == list(range(COUNT))
+    for number in range(COUNT):
+        assert (store.read_camera(number).channels["depth"] == number).all()
+
+
+@pytest.fixture
+def begun(tmp_path: Path) -> CacheStore:
+    """A cache whose first four cameras are finished."""
+    store = CacheStore.create(tmp_path / "cache", MANIFEST)
+    for number in range(4):
+        store.add_camera(framebuffer(number))
+    return store
+
+
+def finished(folder: Path) -> set[int]:
+    return set(CacheStore.open(folder).manifest.finished)
+
+
+def test_resuming_keeps_what_is_finished(begun: CacheStore) -> None:
+    store = prepare_store(begun.folder, MANIFEST, BakeSettings(resume=True))
+    assert set(store.manifest.finished) == {0, 1, 2, 3}
+
+
+def test_a_part_is_baked_again_within_the_rest(begun: CacheStore) -> None:
+    prepare_store(begun.folder, MANIFEST, BakeSettings(only=frozenset({2, 9})))
+    assert finished(begun.folder) == {0, 1, 3}
+
+
+def test_a_whole_bake_begins_anew(begun: CacheStore) -> None:
+    fewer = replace(MANIFEST, cameras=MANIFEST.cameras[:2])
+    prepare_store(begun.folder, fewer, BakeSettings())
+    assert finished(begun.folder) == set()
+    # Nothing of the earlier cache is left for good.
+    names = sorted(path.name for path in (begun.folder / "cameras").iterdir())
+    assert names == ["0000.exr", "0001.exr"]
+
+
+@pytest.mark.parametrize("part", [BakeSettings(resume=True), BakeSettings(only=frozenset({1}))])
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        (replace(MANIFEST, settings={"preset": "final"}), "baked with the preset 'draft'"),
+        (replace(MANIFEST, cameras=MANIFEST.cameras[1:]), "other caching cameras"),
+        (replace(MANIFEST, plan=replace(PLAN, constants={})), "other channels"),
+        (replace(MANIFEST, fingerprint="changed scene"), "another scene"),
+    ],
+)
+def test_unlike_bakes_are_not_mixed(
+    begun: CacheStore, part: BakeSettings, changed: Manifest, message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        prepare_store(begun.folder, changed, part)
+    assert finished(begun.folder) == {0, 1, 2, 3}
+    prepare_store(begun.folder, changed, replace(part, overwrite=True))
+    assert finished(begun.folder) == set()
+
+
+def test_a_bake_that_lost_its_place_stops(begun: CacheStore) -> None:
+    prepare_store(
+        begun.folder, replace(MANIFEST, fingerprint="other"), BakeSettings(overwrite=True)
+    )
+    with pytest.raises(InputError, match="took the place"):
+        begun.add_camera(framebuffer(5))
+    assert finished(begun.folder) == set()
+
+
+def test_damaged_manifests_are_replaced_on_request(begun: CacheStore) -> None:
+    (begun.folder / "manifest.json").write_text("{")
+    with pytest.raises(InputError, match="damaged"):
+        prepare_store(begun.folder, MANIFEST, BakeSettings())
+    store = prepare_store(begun.folder, MANIFEST, BakeSettings(overwrite=True))
+    assert len(store.manifest.cameras) == COUNT
+
+
+def test_a_new_bake_sweeps_what_a_killed_one_was_writing(begun: CacheStore) -> None:
+    old, young = (begun.folder / "cameras" / f".0009.exr.{pid}.part" for pid in (11, 12))
+    old.write_bytes(b"half")
+    young.write_bytes(b"half")
+    yesterday = time.time() - 86400.0
+    os.utime(old, (yesterday, yesterday))
+    prepare_store(begun.folder, MANIFEST, BakeSettings())
+    # The young one may be another process's.
+    assert not old.exists()
+    assert young.exists()
+
+
+def test_the_world_is_checked_apart(begun: CacheStore) -> None:
+    begun.check_world("any, as there is no picture")
+    begun.add_world(np.zeros((2, 4, 3), dtype=np.float32), "sky")
+    again = CacheStore.open(begun.folder)
+    again.check_world("sky")
+    with pytest.raises(InputError, match="world changed"):
+        again.check_world("clouds")
+    # Surfaces do not depend on it.
+    again.check_fingerprint("scene")

@@ -20,6 +20,7 @@ from addon.scene.geometry import SceneGeometry
 from addon.scene.view import View
 
 Color = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+Point = Sequence[float] | NDArray[np.float64]
 
 _CUBE_FACES = np.array(
     [[0, 2, 3], [0, 3, 1], [4, 5, 7], [4, 7, 6], [0, 1, 5], [0, 5, 4],
@@ -27,7 +28,7 @@ _CUBE_FACES = np.array(
 )  # fmt: skip
 
 
-def box(center: Sequence[float], size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+def box(center: Point, size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """An axis-aligned cube: (8, 3) vertices and (12, 3) triangles."""
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return np.asarray(center) + 0.5 * size * corners, _CUBE_FACES
@@ -55,16 +56,14 @@ def geometry_of(
     )
 
 
-def room_with_box(scale: float = 1.0, offset: Sequence[float] = (0.0, 0.0, 0.0)) -> SceneGeometry:
+def room_with_box(scale: float = 1.0, offset: Point = (0.0, 0.0, 0.0)) -> SceneGeometry:
     """A closed room 4 x 4 x 4 with a cube of 1 that floats a little off its middle."""
     geometry = geometry_of([box((0, 0, 0), 4.0), box((0.3, 0.2, -0.6), 1.0)])
     moved = geometry.vertices * scale + np.asarray(offset)
     return SceneGeometry(**{**geometry.__dict__, "vertices": moved})
 
 
-def looking_at(
-    place: Sequence[float], target: Sequence[float], up: Sequence[float] = (0, 0, 1)
-) -> NDArray[np.float64]:
+def looking_at(place: Point, target: Point, up: Point = (0, 0, 1)) -> NDArray[np.float64]:
     """(4, 4) world_from_camera of a camera at `place` that looks at `target`."""
     back = np.asarray(place, dtype=np.float64) - np.asarray(target, dtype=np.float64)
     back /= np.linalg.norm(back)
@@ -81,6 +80,7 @@ def perspective_view(
     width: int,
     height: int,
     fov: float,
+    *,
     near: float = 0.01,
     far: float = 100.0,
 ) -> View:
@@ -96,7 +96,7 @@ def perspective_view(
 
 
 def cube_cameras(
-    center: Sequence[float], resolution: int, first_id: int = 0, far: float = 100.0
+    center: Point, resolution: int, first_id: int = 0, far: float = 100.0
 ) -> list[CachingCamera]:
     """Six 90 degree faces round a point."""
     axes = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]

@@ -54,6 +54,7 @@ class SurfaceSampler:
             framebuffers, make_packing(plan.stored, plan.constants), len(plan.material_names)
         )
         self._memory_budget = memory_budget
+        self._view: View | None = None
         self._samples: dict[int, SurfaceBuffer] = {}
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None

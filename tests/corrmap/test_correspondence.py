@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def make_setup(
     place = moved + scale * np.array([-1.5, -1.6, 0.9])
     target = moved + scale * np.array([0.3, 0.2, -0.6])
     view = synthetic.perspective_view(
-        synthetic.looking_at(place, target), *size, 1.2, 0.01 * scale, 100.0 * scale
+        synthetic.looking_at(place, target), *size, 1.2, near=0.01 * scale, far=100.0 * scale
     )
     cameras = [
         *synthetic.cube_cameras(moved + scale * np.array([-1.2, -1.0, 1.0]), 128),
@@ -141,8 +142,8 @@ def test_gathering_equals_its_twin(setup: Setup, drawn: Drawn) -> None:
     points = drawn.position[:, :3] + setup.view.origin
     material = np.rint(drawn.position[:, 3]).astype(np.int64)
     expected = twin.gather(
-        setup.framebuffers, drawn.found, points, drawn.normal, material,
-        setup.view.origin, "diffuse_color",
+        setup.framebuffers, drawn.found, points, drawn.normal,
+        material=material, origin=setup.view.origin, channel="diffuse_color",
     )  # fmt: skip
     seen = drawn.found[:, 0] >= 0
     assert np.isfinite(expected[seen]).all()
@@ -200,15 +201,13 @@ def test_a_sheet_is_not_read_from_its_other_side(gpu_context: None) -> None:
     geometry = synthetic.geometry_of([sheet])
     tracer = synthetic.Tracer(geometry)
     view = synthetic.perspective_view(synthetic.looking_at((0, -3, 0), (0, 0, 0)), 32, 32, 0.8)
-    behind, front = (
-        [
-            synthetic.trace_framebuffer(
-                geometry, tracer, camera, lambda p, tone=tone: np.full_like(p, tone)
-            )
-            for camera in synthetic.cube_cameras((0.3, y, 0.2), 64, first_id=first)
-        ]
+    framebuffers = [
+        synthetic.trace_framebuffer(
+            geometry, tracer, camera, partial(np.full_like, fill_value=tone)
+        )
         for y, tone, first in ((2.0, 0.25, 0), (-6.0, 0.75, 6))
-    )
-    result = draw(Setup(geometry, view, behind + front, 1.0, np.zeros(3)))
+        for camera in synthetic.cube_cameras((0.3, y, 0.2), 64, first_id=first)
+    ]
+    result = draw(Setup(geometry, view, framebuffers, 1.0, np.zeros(3)))
     # The nearer cameras are behind the sheet and would win by distance.
     assert np.allclose(result.diffuse, 0.75, atol=2.0**-11)

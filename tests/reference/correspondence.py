@@ -93,6 +93,7 @@ def gather(
     found: NDArray[np.float64],
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
+    *,
     material: NDArray[np.int64],
     origin: NDArray[np.float64],
     channel: str,

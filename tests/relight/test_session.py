@@ -102,7 +102,7 @@ def test_a_lambert_plane_has_its_radiance_on_paper(gpu_context: None, scale: flo
     store = make_store(geometry, synthetic.cube_cameras((0, 0, 3.0 * scale), 64, far=1e3 * scale))
     view = synthetic.perspective_view(
         synthetic.looking_at((0.5 * scale, -3.0 * scale, 2.0 * scale), (0, 0, 0)),
-        64, 48, 0.7, 0.01 * scale, 100.0 * scale,
+        64, 48, 0.7, near=0.01 * scale, far=100.0 * scale,
     )  # fmt: skip
     energy = 40.0 * scale**2
     height = 1.5 * scale

@@ -124,6 +124,33 @@ def test_a_lambert_plane_has_its_radiance_on_paper(gpu_context: None, scale: flo
     assert (picture.combined[..., 3] == 1.0).all()
 
 
+def test_pictures_have_the_shadows_of_rays(gpu_context: None, room: Any) -> None:
+    geometry, _, view = room
+    place = np.array([1.0, -1.2, 1.5])
+    session = open_session(room, samples=1)
+    session.set_lights([point_light("Lamp", (1.0, -1.2, 1.5))])
+    picture = session.render()
+    tracer = synthetic.Tracer(geometry)
+    x, y = np.meshgrid(np.arange(64) + 0.5, np.arange(48) + 0.5)
+    origins, directions = view.rays(np.stack([x, y], axis=-1).reshape(-1, 2))
+    triangle, points = tracer.hit(origins, directions)
+    toward = points - place
+    distance = np.linalg.norm(toward, axis=1)
+    _, first = tracer.hit(np.broadcast_to(place, points.shape), toward / distance[:, None])
+    lit = np.linalg.norm(first - place, axis=1) > distance * (1.0 - 1e-4)
+    cosine = np.abs((geometry.normal[triangle] * toward).sum(1)) / distance
+    # The room's walls face inward and the cube's outward: what faces away is in shadow anyway.
+    facing = ((toward * geometry.normal[triangle]).sum(1) < 0.0) == (
+        (directions * geometry.normal[triangle]).sum(1) < 0.0
+    )
+    expected = np.where(lit & facing, ALBEDO * 10.0 * cosine / (4.0 * np.pi**2 * distance**2), 0.0)
+    found = picture.combined[..., 0].ravel()
+    wrong = np.abs(found - expected) > 1e-3 * expected.max()
+    assert 0.05 < (expected == 0.0).mean() < 0.95
+    # Along a shadow's edge the map's texels and the rays may differ by a pixel.
+    assert wrong.mean() < 0.02
+
+
 def test_layers_add_up(gpu_context: None, room: Any) -> None:
     session = open_session(room)
     session.set_lights([point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0), 3.0)])

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from ..scene.node_reader import source_of
 from . import specialize_lobes
 from .specialize_expression import (
     ONE,
@@ -24,7 +25,7 @@ from .specialize_expression import (
     is_zero,
 )
 from .specialize_lobes import Lobes
-from .specialize_tree import TreeContext, group_output, source_of
+from .specialize_tree import TreeContext, group_output
 
 Report = Callable[[str], None]
 

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from ..scene.node_reader import source_of
 from .specialize_expression import (
     Constant,
     Expression,
@@ -27,25 +28,6 @@ _SINGLE_TYPES = {"VALUE", "INT", "BOOLEAN"}
 def components_of(socket: Any) -> int:
     """How many values a node socket carries."""
     return 1 if socket.type in _SINGLE_TYPES else 3
-
-
-def source_of(socket: Any) -> Any:
-    """The output that feeds an input, through reroutes and muted nodes; None if there is none."""
-    while socket.is_linked:
-        link = socket.links[0]
-        if link.is_muted or not link.is_valid:
-            return None
-        node = link.from_node
-        if node.bl_idname == "NodeReroute":
-            socket = node.inputs[0]
-        elif node.mute:
-            through = [pair for pair in node.internal_links if pair.to_socket == link.from_socket]
-            if not through:
-                return None
-            socket = through[0].from_socket
-        else:
-            return link.from_socket
-    return None
 
 
 def default_value(socket: Any) -> Constant:

@@ -16,6 +16,8 @@ from typing import Any, Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from .node_reader import source_of
+
 Extension = Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
 
 
@@ -66,27 +68,8 @@ def read_cutout_source(material: Any) -> CutoutSource | None:
     return CutoutSource(np.ascontiguousarray(values), found.uv_map, found.extension)
 
 
-def _source(socket: Any) -> Any:
-    """The output socket that feeds an input, through reroutes and muted nodes; None if unlinked."""
-    while socket.is_linked:
-        link = socket.links[0]
-        if link.is_muted:
-            return None
-        node = link.from_node
-        if node.bl_idname == "NodeReroute":
-            socket = node.inputs[0]
-        elif node.mute:
-            through = [pair for pair in node.internal_links if pair.to_socket == link.from_socket]
-            if not through:
-                return None
-            socket = through[0].from_socket
-        else:
-            return link.from_socket
-    return None
-
-
 def _shader_alpha(socket: Any, found: _Found) -> Any:
-    output = _source(socket)
+    output = source_of(socket)
     if output is None:
         return 1.0
     node = output.node
@@ -147,7 +130,7 @@ def _group_is_opaque(tree: Any, seen: set[int]) -> bool:
 
 
 def _value(socket: Any, found: _Found) -> Any:
-    output = _source(socket)
+    output = source_of(socket)
     if output is None:
         return float(socket.default_value)
     node = output.node
@@ -212,7 +195,7 @@ def _image_channel(node: Any, output: str, found: _Found) -> NDArray[np.float32]
 
 
 def _uv_map(node: Any) -> str:
-    output = _source(node.inputs["Vector"])
+    output = source_of(node.inputs["Vector"])
     if output is None:
         return ""
     if output.node.bl_idname == "ShaderNodeUVMap" and not output.node.from_instancer:

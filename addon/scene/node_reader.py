@@ -17,12 +17,29 @@ def output_source(tree: Any, output_type: str) -> Any:
     return linked_node(outputs[0].inputs["Surface"]) if outputs else None
 
 
+def source_of(socket: Any) -> Any:
+    """The output that feeds an input, through reroutes and muted nodes; None if there is none."""
+    while socket.is_linked:
+        link = socket.links[0]
+        if link.is_muted or not link.is_valid:
+            return None
+        node = link.from_node
+        if node.bl_idname == "NodeReroute":
+            socket = node.inputs[0]
+        elif node.mute:
+            through = [pair for pair in node.internal_links if pair.to_socket == link.from_socket]
+            if not through:
+                return None
+            socket = through[0].from_socket
+        else:
+            return link.from_socket
+    return None
+
+
 def linked_node(socket: Any) -> Any:
-    """The node that feeds an input, through reroutes; None if nothing does."""
-    link = _link(socket)
-    while link is not None and link.from_node.bl_idname == "NodeReroute":
-        link = _link(link.from_node.inputs[0])
-    return link.from_node if link is not None else None
+    """The node that feeds an input, through reroutes and muted nodes; None if nothing does."""
+    output = source_of(socket)
+    return output.node if output is not None else None
 
 
 def constant_value(socket: Any) -> float | None:
@@ -30,7 +47,7 @@ def constant_value(socket: Any) -> float | None:
     node = linked_node(socket)
     if node is None:
         return float(socket.default_value)
-    if node.bl_idname == "ShaderNodeValue" and not node.mute:
+    if node.bl_idname == "ShaderNodeValue":
         return float(node.outputs[0].default_value)
     return None
 
@@ -40,10 +57,6 @@ def constant_color(socket: Any) -> NDArray[np.float64] | None:
     node = linked_node(socket)
     if node is None:
         return np.array(socket.default_value[:3], dtype=np.float64)
-    if node.bl_idname == "ShaderNodeRGB" and not node.mute:
+    if node.bl_idname == "ShaderNodeRGB":
         return np.array(node.outputs[0].default_value[:3], dtype=np.float64)
     return None
-
-
-def _link(socket: Any) -> Any:
-    return next((link for link in socket.links if link.is_valid and not link.is_muted), None)

@@ -25,6 +25,9 @@ from .votes import Ballot, strongest_cells
 CLEARANCE = 1.5
 # Directions in which the nearest surface is looked for.
 STAR = 64
+# Samples on which all candidates are tried, and how many of these are then tried on all samples.
+SCREENED = 2048
+FINALISTS = 8
 # Cells looked at for each candidate wanted, since those near surfaces fall away.
 SPARE_CELLS = 6
 
@@ -145,21 +148,42 @@ def _best_of(
     quality: NDArray[np.float64],
     settings: PlacementSettings,
 ) -> Choice | None:
-    """The camera that gains most among those at `places` (N, 3); None if none gains enough."""
+    """The camera that gains most among those at `places` (N, 3); None if none gains enough.
+
+    With many samples, all places are first tried on some of them, and the best few on all.
+    """
     lacking = np.flatnonzero(stage.samples.weight * (1.0 - score(quality)) > 0.0)
-    best: Choice | None = None
+    thin = max(1, len(lacking) // SCREENED)
+    if thin > 1:
+        rough = [
+            _camera_at(stage, place, lacking[::thin], quality, settings)[1] for place in places
+        ]
+        places = places[np.argsort(-np.array(rough), kind="stable")[:FINALISTS]]
+    best: CachingCamera | None = None
     most = settings.least_gain
     for place in places:
-        visible = visible_from(place, stage.samples, stage.lift, stage.rays, lacking)
-        if not visible.size:
-            continue
-        camera, _, gained = aimed_camera(
-            place, stage.samples, visible, quality, settings.max_resolution
-        )
+        camera, gained = _camera_at(stage, place, lacking, quality, settings)
         if gained > most:
-            best, most = Choice(camera, Seen(visible, np.zeros(0))), gained
+            best, most = camera, gained
     if best is None:
         return None
     everything = np.arange(len(stage.samples))
-    visible = visible_from(best.camera.origin, stage.samples, stage.lift, stage.rays, everything)
-    return Choice(best.camera, seen_by_camera(best.camera, stage.samples, visible))
+    visible = visible_from(best.origin, stage.samples, stage.lift, stage.rays, everything)
+    return Choice(best, seen_by_camera(best, stage.samples, visible))
+
+
+def _camera_at(
+    stage: Stage,
+    place: NDArray[np.float64],
+    wanted: NDArray[np.int64],
+    quality: NDArray[np.float64],
+    settings: PlacementSettings,
+) -> tuple[CachingCamera | None, float]:
+    """The best camera at `place` (3,) for the samples `wanted` (W,), and what they gain by it."""
+    visible = visible_from(place, stage.samples, stage.lift, stage.rays, wanted)
+    if not visible.size:
+        return None, 0.0
+    camera, _, gained = aimed_camera(
+        place, stage.samples, visible, quality, settings.max_resolution
+    )
+    return camera, gained

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 # Samples of a relit pixel, and of a reference's for each light: the reference's noise is then
 # more than 6 dB below the error (the report says by how much).
-SAMPLES = 8
-REFERENCE_SAMPLES = 14
+SAMPLES = 6
+REFERENCE_SAMPLES = 16
 # What every view must reach: luma, whole picture and away from edges; and its most holes.
 LEAST_PSNR_DB = 30.0
 LEAST_PSNR_AWAY_DB = 36.0

@@ -86,6 +86,11 @@ class Reference:
             for name, mean in means.items()
         }
 
+    def joined(self, other: Reference) -> Reference:
+        """The mean with another reference of the same view and samples, but other seeds."""
+        layers = {name: _mean(halves, other.layers[name]) for name, halves in self.layers.items()}
+        return replace(self, base=_mean(self.base, other.base), layers=layers)
+
     def write(self, path: Path) -> None:
         """Write the picture as EXR, with what `relume compare` needs to find edges."""
         write_exr(
@@ -94,6 +99,11 @@ class Reference:
             {DEPTH_CHANNEL: self.depth, OBJECT_CHANNEL: self.objects},
             {PIXEL_HEADER: self.pixel, PERSPECTIVE_HEADER: float(self.perspective)},
         )
+
+
+def _mean(a: Halves, b: Halves) -> Halves:
+    half = np.float32(0.5)
+    return half * (a[0] + b[0]), half * (a[1] + b[1])
 
 
 def prepare(scene: Any) -> None:
@@ -161,6 +171,7 @@ def render_reference(
     *,
     known: Reference | None = None,
     changed: Sequence[str] = (),
+    first_seed: int = 0,
 ) -> Reference:
     """Render a camera of a scene that `prepare` has set up, at its current frame and size.
 
@@ -171,6 +182,7 @@ def render_reference(
         progress: told of each render.
         known: the same view's reference before an edit; its layers are taken over,
         changed: but those of these lights.
+        first_seed: where the seeds begin; references that are to be joined need others.
     """
     scene.camera = camera
     half = max(1, samples // 2)
@@ -184,7 +196,7 @@ def render_reference(
             step(0.0, f"Cycles, {camera.name}: {', '.join(group) or 'without lights'}")
             choose(group)
             # Other seeds for other lights, so that their noise at edges does not add up.
-            seeds = (2 * number, 2 * number + 1)
+            seeds = (first_seed + 2 * number, first_seed + 2 * number + 1)
             pictures = [_render(scene, place, half, seed) for seed in seeds]
             if group:
                 layers[group] = (_lit(pictures[0]), _lit(pictures[1]))

@@ -176,3 +176,14 @@ def test_the_noise_floor_is_the_means_own_error() -> None:
     wanted = 20 * np.log10(255 / deviation)
     # 49152 differences: their variance is known to 0.6 %, 0.03 dB
     assert found.noise_floor()["psnr_rgb"] == pytest.approx(wanted, abs=0.1)
+
+
+def test_joined_references_have_half_the_noise(scene: Any) -> None:
+    scene.cycles.pixel_filter_type, scene.cycles.filter_width = "BLACKMAN_HARRIS", 1.5
+    prepare(scene)
+    first, second = render(scene), render(scene, first_seed=100)
+    joined = first.joined(second)
+    np.testing.assert_allclose(joined.rgba, 0.5 * (first.rgba + second.rgba), rtol=1e-6)
+    floors = [part.noise_floor()["psnr_rgb"] or 0.0 for part in (joined, first, second)]
+    # Half the variance is 3.0 dB; 432 pixels tell a floor to about half a decibel.
+    assert floors[0] - np.mean(floors[1:]) == pytest.approx(3.0, abs=1.5)

@@ -141,6 +141,9 @@ def staged(scene: Any, channels: Sequence[str], has_normal: bool) -> Iterator[St
             _set_up_layer(stage, channels, has_normal)
             yield Stage(stage, camera, path, channels, has_normal)
     finally:
+        # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of the
+        # removed scene with it, and crash on a later look at that.
+        stage.render.use_persistent_data = False
         bpy.data.scenes.remove(stage)
         bpy.data.objects.remove(camera)
         bpy.data.cameras.remove(data)

@@ -24,6 +24,7 @@ from .channels import CHANNELS
 from .fingerprint import scene_fingerprint, world_fingerprint
 from .framebuffer import DeepFramebuffer
 from .linked_surfaces import local_stand_ins
+from .occlusion_filter import smooth_occlusion
 from .plan import ChannelPlan
 from .specialize import SpecializedMaterial, specialized
 from .specialize_closures import DEFAULT_SURFACE
@@ -202,6 +203,10 @@ def _bake_camera(
     for values in channels.values():
         np.copyto(values, np.float32(0.0), where=nothing)
     _check_finite(channels, materials, camera)
+    if "ambient_occlusion" in channels:
+        channels["ambient_occlusion"] = smooth_occlusion(
+            camera, channels["ambient_occlusion"], channels["depth"], channels["normal"]
+        )
     return DeepFramebuffer(camera, channels)
 
 
@@ -231,10 +236,10 @@ def _check_finite(
     camera: CachingCamera,
 ) -> None:
     for name, pixels in channels.items():
-        # One sum is cheaper than a test of each, and keeps what is not finite.
-        if np.isfinite(np.sum(pixels, dtype=np.float64)):
+        finite = np.isfinite(pixels)
+        if finite.all():
             continue
-        broken = ~np.isfinite(pixels).all(axis=-1)
+        broken = ~finite.all(axis=-1)
         number = 1
         if "material_id" in channels:
             number = int(np.nan_to_num(channels["material_id"][broken][0, 0]))

@@ -78,7 +78,9 @@ def _view_layers() -> list[Any]:
 def _collection_flags() -> _Flags:
     """The flags of every layer collection, parents before their children."""
     flags: _Flags = {}
-    pending = [((index,), layer.layer_collection) for index, layer in enumerate(_view_layers())]
+    pending: list[tuple[tuple[int, ...], Any]] = [
+        ((index,), layer.layer_collection) for index, layer in enumerate(_view_layers())
+    ]
     while pending:
         place, collection = pending.pop()
         flags[place] = tuple(bool(getattr(collection, name)) for name in _LAYER_FLAGS)

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Smooths baked ambient occlusion along surfaces, so that few rays a texel are enough.
+
+An edge-avoiding à-trous wavelet filter (Dammertz, Sewtz, Hanika, Lensch 2010: "Edge-Avoiding
+À-Trous Wavelet Transform for fast Global Illumination Filtering"): a B3 spline whose taps move
+apart by two from level to level, each tap weighted by how well its surface continues the
+texel's own. It runs along rows and columns in turn, which is exact where nothing is weighted
+away.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camplace.camera import CachingCamera
+
+# B3 spline: weight of the texel itself, and of its neighbours at one and two steps.
+_SPLINE = (6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0)
+
+# Steps of 1, 2 and 4 texels: a standard deviation of sqrt(1 + 4 + 16) = 4.6 texels, over which
+# some 260 texels share their rays.
+_STEPS = (1, 2, 4)
+
+# A tap counts for nothing when it is seen from the texel more than 15 degrees off its plane, or
+# has a normal that differs by more than 25 degrees: less than any edge that looks like one,
+# more than a smooth surface turns within the filter.
+_OFF_PLANE = float(np.sin(np.radians(15.0)))
+_NORMALS_AGREE = float(np.cos(np.radians(25.0)))
+
+
+def smooth_occlusion(
+    camera: CachingCamera,
+    occlusion: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    normal: NDArray[np.float32],
+) -> NDArray[np.float32]:
+    """Mean of the open share of neighbouring texels on the same surface.
+
+    Args:
+        camera: that sees them, with resolution R.
+        occlusion: (R, R, 1) the channel as rendered, in [0, 1].
+        depth: (R, R, 1) metres along the view axis, 0 where nothing is hit.
+        normal: (R, R, 3) world space, unit length where something is hit.
+
+    Returns:
+        (R, R, 1) float32 in [0, 1]; unchanged where nothing is hit.
+    """
+    place = _places(camera, depth[..., 0])
+    rotation = camera.world_from_camera[:3, :3].astype(np.float32)
+    facing = np.ascontiguousarray(np.moveaxis(normal @ rotation, -1, 0))
+    hit = depth[..., 0] > 0.0
+    values = np.ascontiguousarray(occlusion[..., 0])
+    for step in _STEPS:
+        for axis in (0, 1):
+            values = _blur(values, place, facing, hit, step, axis)
+    return values[..., None]
+
+
+def _places(camera: CachingCamera, depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(3, R, R) camera-space positions, metres."""
+    size = camera.resolution
+    centre = ((np.arange(size) + 0.5) / size * 2.0 - 1.0) * camera.half_extent
+    along = centre.astype(np.float32)
+    return np.stack([along[None, :] * depth, along[:, None] * depth, -depth])
+
+
+def _blur(  # noqa: PLR0917 - one pass's arrays, in the order of `smooth_occlusion`
+    values: NDArray[np.float32],
+    place: NDArray[np.float32],
+    facing: NDArray[np.float32],
+    hit: NDArray[np.bool_],
+    step: int,
+    axis: int,
+) -> NDArray[np.float32]:
+    """One pass along rows (axis 1) or columns (axis 0)."""
+    total = _SPLINE[0] * values
+    weight = np.full_like(values, _SPLINE[0])
+    for count, spline in enumerate(_SPLINE[1:], start=1):
+        if count * step >= values.shape[axis]:
+            continue
+        ahead: list[slice] = [slice(None), slice(None)]
+        behind: list[slice] = [slice(None), slice(None)]
+        ahead[axis], behind[axis] = slice(count * step, None), slice(None, -count * step)
+        a, b = tuple(ahead), tuple(behind)
+        # The same for both texels of a pair, so each pair is looked at once.
+        same = spline * _continues(place[:, *a] - place[:, *b], facing[:, *a], facing[:, *b])
+        same *= hit[a] & hit[b]
+        total[a] += same * values[b]
+        total[b] += same * values[a]
+        weight[a] += same
+        weight[b] += same
+    return total / weight
+
+
+def _continues(
+    apart: NDArray[np.float32], normal_a: NDArray[np.float32], normal_b: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """How far two texels lie on one smooth surface: 1 on a plane, 0 over an edge."""
+    square = np.einsum("ijk,ijk->jk", apart, apart)
+    height = np.maximum(
+        np.abs(np.einsum("ijk,ijk->jk", apart, normal_a)),
+        np.abs(np.einsum("ijk,ijk->jk", apart, normal_b)),
+    )
+    # Two texels that are hit are never at one place; those that are not may divide by zero.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        flat = 1.0 - height * height / (square * np.float32(_OFF_PLANE**2))
+    turned = np.einsum("ijk,ijk->jk", normal_a, normal_b)
+    level = (turned - np.float32(_NORMALS_AGREE)) / np.float32(1.0 - _NORMALS_AGREE)
+    return np.nan_to_num(np.clip(flat, 0.0, 1.0)) * np.clip(level, 0.0, 1.0)

@@ -1,0 +1,88 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The occlusion filter takes noise from surfaces, and nothing over their edges."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.caching.occlusion_filter import smooth_occlusion
+from addon.camplace.camera import CachingCamera
+
+from ..synthetic import Tracer, box, geometry_of, looking_at, trace_framebuffer
+
+SIZE = 128
+
+
+def camera(target: tuple[float, float, float], up: tuple[float, float, float]) -> CachingCamera:
+    return CachingCamera(
+        0, looking_at((0.3, 0.2, 0.1), target, up), 0.5 * np.pi, 0.01, 100.0, SIZE, "CUBE_FACE", 0
+    )
+
+
+@pytest.fixture
+def corner() -> tuple[CachingCamera, dict[str, NDArray[np.float32]]]:
+    """What a camera in a room sees of a corner of it, and of a cube before it."""
+    geometry = geometry_of([box((0, 0, 0), 4.0), box((1.2, 0.9, -0.6), 0.5)])
+    view = camera((2.0, 1.5, -1.0), (0, 0, 1))
+    framebuffer = trace_framebuffer(geometry, Tracer(geometry), view, np.zeros_like)
+    return view, framebuffer.channels
+
+
+def test_noise_of_four_rays_becomes_small(
+    corner: tuple[CachingCamera, dict[str, NDArray[np.float32]]],
+) -> None:
+    view, channels = corner
+    rays = np.random.default_rng(4).random((SIZE, SIZE, 4)) < 0.5
+    noisy = rays.mean(axis=-1, keepdims=True).astype(np.float32)
+    smooth = smooth_occlusion(view, noisy, channels["depth"], channels["normal"])
+    assert smooth.shape == noisy.shape
+    assert smooth.dtype == np.float32
+    # The mean stays: 65536 rays of deviation 1/2 give 0.002; 4 of them.
+    assert abs(smooth.mean() - 0.5) < 0.008
+    # A plane shares the rays of 260 texels, deviation 0.25 / sqrt(260) = 0.016; those at edges
+    # and at the picture's rim share fewer.
+    assert smooth.std() < 0.03
+    assert noisy.std() > 0.24
+
+
+def test_each_face_keeps_its_own_value(
+    corner: tuple[CachingCamera, dict[str, NDArray[np.float32]]],
+) -> None:
+    """A value for each direction of normal and each object, so that a leak would show."""
+    view, channels = corner
+    normal, ids = channels["normal"], channels["material_id"]
+    value = (0.5 + normal @ np.array([0.1, 0.2, 0.05]) + 0.1 * (ids[..., 0] - 1.5))[..., None]
+    value = value.astype(np.float32)
+    assert len(np.unique(value.round(3))) >= 5
+    smooth = smooth_occlusion(view, value, channels["depth"], channels["normal"])
+    # Where a face of the cube lies parallel before a wall, a texel's rounding; nothing else.
+    assert np.abs(smooth - value).max() < 1e-5
+
+
+def test_a_slope_is_not_bent() -> None:
+    """A symmetric filter leaves what changes linearly over a plane as it is."""
+    view = camera((0.3, 0.2, -9.0), (0, 1, 0))
+    depth = np.full((SIZE, SIZE, 1), 2.0, dtype=np.float32)
+    normal = np.zeros((SIZE, SIZE, 3), dtype=np.float32)
+    normal[..., 2] = 1.0
+    slope = np.broadcast_to(np.linspace(0, 1, SIZE)[None, :, None], (SIZE, SIZE, 1))
+    smooth = smooth_occlusion(view, slope.astype(np.float32), depth, normal)
+    reach = 2 * (1 + 2 + 4)
+    inside = (slice(None), slice(reach, -reach))
+    # Six passes of float32 sums, each rounding by 2^-24.
+    assert np.abs(smooth - slope)[inside].max() < 1e-5
+
+
+def test_where_nothing_is_hit_nothing_is_taken() -> None:
+    """Half of the picture is empty: neither side reads the other."""
+    view = camera((0.3, 0.2, -9.0), (0, 1, 0))
+    depth = np.full((SIZE, SIZE, 1), 2.0, dtype=np.float32)
+    normal = np.zeros((SIZE, SIZE, 3), dtype=np.float32)
+    normal[..., 2] = 1.0
+    value = np.full((SIZE, SIZE, 1), 0.25, dtype=np.float32)
+    for empty in (depth, normal, value):
+        empty[: SIZE // 2] = 0.0
+    smooth = smooth_occlusion(view, value, depth, normal)
+    assert np.allclose(smooth, value, rtol=1e-6, atol=0.0)

@@ -12,6 +12,10 @@ from ..scene.light import NARROWEST_SPREAD, Light
 # cosines are 6e-8 apart.
 _STEEPEST = 1e9
 
+# Between 2 and 4 lies the least error against Cycles, of 1, 2, 4 and 8, for square and round
+# lights in surfaces of roughness 0.1 to 0.3, with 8 and with 32 points.
+_OVERLAP = 3.0
+
 
 def spot_cone(light: Light) -> NDArray[np.float64]:
     """(2,) cosine of half the cone and the blend's slope (Cycles' spot_smooth)."""
@@ -30,20 +34,18 @@ def spread_cone(light: Light) -> NDArray[np.float64]:
 
 
 def cell(light: Light, count: int) -> float:
-    """What one of `count` samples stands for, as the widening of a specular lobe's alpha^2.
+    """The squared radius of the part of the light that one of `count` points stands for.
 
-    A lobe narrower than the gaps between a light's points would show the points one by one.
-    Each point stands for an even share of the light's disk; seen from distance t its radius
-    spans an angle a, by which half vectors turn by a / 2. Slopes of independent lobes add in
-    their squares: alpha^2 + (a / 2)^2. The points are not evenly spread, so twice that is
-    taken: against Cycles it gave the least error of 1, 2, 4, 8 for a square light in surfaces of
-    roughness 0.1 and 0.2. With more samples it vanishes.
+    A lobe narrower than the gaps between a light's points would show the points one by one, so
+    specular lobes see a disk around each. Disks of an even share of the light's would leave
+    gaps and overlap elsewhere, since the points are not evenly spread; these are _OVERLAP as large.
 
     Returns:
-        2 (a / 2)^2 for a sun, 2 (a t / 2)^2 in square metres for others.
+        radians squared for a sun, square metres for others.
     """
+    share = (1.0 if count == 1 else _OVERLAP) / count
     if light.type == "SUN":
-        return light.solid_angle / np.pi / (2.0 * count)
+        return light.solid_angle / np.pi * share
     if light.type == "AREA":
-        return light.area / np.pi / (2.0 * count)
-    return light.shadow_soft_size**2 / (2.0 * count)
+        return light.area / np.pi * share
+    return light.shadow_soft_size**2 * share

@@ -75,18 +75,18 @@ class Lobes:
         kept = self.albedo(self.layer_f0[..., None], self.layer_f90[..., None])
         return np.clip(1.0 - kept, 0.0, 1.0)
 
-    def specular(self, L: Array, widening: Array) -> Array:
-        """(H, W, 3) the specular lobe times NoL."""
+    def specular(self, L: Array, cell_sq: Array) -> Array:
+        """(H, W, 3) the specular lobe times NoL, for a light of that squared angular radius."""
         N, V = self.N_specular, self.V
         NoL, NoV = dot(N, L), self.NoV
-        alpha_sq = self.roughness**4 + widening
-        lit = (NoL > 0.0) & (NoV > 0.0) & (alpha_sq > 2e-10)
+        alpha_sq = self.roughness**4
+        lit = (NoL > 0.0) & (NoV > 0.0) & ((alpha_sq > 2e-10) | (cell_sq > 0.0))
         NoL, NoV = np.where(lit, NoL, 1.0), np.where(lit, NoV, 1.0)
-        alpha_sq = np.where(lit, alpha_sq, 1.0)
         H = L + V
         H = H / np.linalg.norm(H, axis=-1, keepdims=True)
-        NoH, LoH = dot(N, H), np.clip(dot(L, H), 0.0, 1.0)
-        D = alpha_sq / (np.pi * (1.0 + (alpha_sq - 1.0) * NoH**2) ** 2)
+        NoH, LoH = np.where(lit, dot(N, H), 1.0), np.clip(dot(L, H), 1e-12, 1.0)
+        slope = np.linalg.norm(np.cross(N, H), axis=-1) / NoH
+        D = ggx_mean(slope, self.roughness**2, np.sqrt(cell_sq / (4.0 * LoH))) / NoH**4
         lambdas = sum(
             0.5 * (np.sqrt(1.0 + alpha_sq * (1.0 / c**2 - 1.0)) - 1.0) for c in (NoV, NoL)
         )
@@ -96,6 +96,17 @@ class Lobes:
         F = self.f0 + (self.f90 - self.f0) * schlick + span * (dielectric - schlick)
         value = F * self.bounces(self.f0, self.f90) * (D / (4.0 * NoV * (1.0 + lambdas)))[..., None]
         return np.where(lit[..., None], value, 0.0)
+
+
+def ggx_mean(slope: Array, alpha: Array, radius: Array) -> Array:
+    """The mean of GGX's density of slopes over a disk at distance `slope` from its centre: the
+    disk is the image of a spherical cap, whose angle is the difference of two arctangents."""
+    small = radius < 1e-6 * (alpha + slope)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        half = np.arctan2(slope + radius, alpha) - np.arctan2(slope - radius, alpha)
+        mean = np.sin(0.5 * half) ** 2 / (np.pi * radius**2)
+        point = alpha**2 / (np.pi * (alpha**2 + slope**2) ** 2)
+    return np.nan_to_num(np.where(small, point, mean), nan=0.0, posinf=0.0)
 
 
 def specular_normal(N: Array, Ng: Array, V: Array) -> Array:

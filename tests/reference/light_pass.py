@@ -23,14 +23,14 @@ def light_layer(
     specular: bool = True,
 ) -> Array:
     """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow."""
-    L, strength, widening = incidence(surface, light, sample)
+    L, strength, cell_sq = incidence(surface, light, sample)
     lobes = Lobes(surface)
     NoL = dot(lobes.N, L)
     reflected = lobes.diffuse_color * (np.maximum(NoL, 0.0) / np.pi)[..., None]
     reflected = reflected * light.diffuse_factor
     if specular:
         reflected = reflected * lobes.transmission
-        reflected = reflected + light.specular_factor * lobes.specular(L, widening)
+        reflected = reflected + light.specular_factor * lobes.specular(L, cell_sq)
     if visibility is not None:
         strength = strength * visibility * (dot(lobes.Ng, L) > 0.0)
     lit = surface.hit & (strength > 0.0)
@@ -38,29 +38,33 @@ def light_layer(
 
 
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:
-    """L (H, W, 3); strength and widening (H, W)."""
+    """L (H, W, 3); strength and squared angular radius of the point's part of the light (H, W)."""
     place = surface.position[..., :3] + surface.origin
+    share = 1.0 if sample.count == 1 else 3.0 / sample.count
     if light.type == "SUN":
         L = np.broadcast_to(sample.position, place.shape)
-        share = 2.0 * np.pi * (1.0 - np.cos(0.5 * light.angle)) / (np.pi * sample.count)
-        return L, np.ones(L.shape[:2]), np.full(L.shape[:2], share / 2.0)
+        cap = 2.0 * (1.0 - np.cos(0.5 * light.angle))
+        return L, np.ones(L.shape[:2]), np.full(L.shape[:2], cap * share)
     toward = sample.position - place
     t_sq = dot(toward, toward)
     L = toward / np.sqrt(t_sq)[..., None]
     if light.type == "AREA":
         cosine = np.maximum(-dot(L, light.direction), 0.0)
         strength = cosine / t_sq * _spread(light, cosine)
-        return L, strength, light.area / np.pi / (2.0 * sample.count) * cosine / t_sq
+        return L, strength, light.area / np.pi * share * cosine / t_sq
     r_sq = light.shadow_soft_size**2
     d_sq = np.sum((light.position - place) ** 2, axis=-1)
     disk = float(light.use_soft_falloff)
     outside = d_sq / (t_sq * (d_sq + disk * r_sq))
     with np.errstate(divide="ignore"):
         strength = np.where(d_sq > r_sq, outside, 1.0 / (r_sq + disk * d_sq))
-        widening = r_sq / (2.0 * sample.count) / np.where(d_sq > r_sq, t_sq, max(r_sq, 1e-300))
+        cell_sq = r_sq * share / np.where(d_sq > r_sq, t_sq, max(r_sq, 1e-300))
+    if light.is_flat_spot:
+        # A disk across the axis: its centre's distance, its points' directions.
+        strength, cell_sq = 1.0 / (d_sq + disk * r_sq), r_sq * share / t_sq
     if light.type == "SPOT":
         strength = strength * _cone(light, -L)
-    return L, strength, widening
+    return L, strength, cell_sq
 
 
 def _cone(light: Light, direction: Array) -> Array:

@@ -45,6 +45,9 @@ LIGHTS = {
         "l", "POINT", placed(), 100.0, COLOR, shadow_soft_size=2.5, use_soft_falloff=False
     ),
     "spot": Light("l", "SPOT", placed(), 100.0, COLOR, spot_size=1.0, spot_blend=0.4),
+    "spot, soft": Light(
+        "l", "SPOT", placed(), 100.0, COLOR, spot_size=1.0, spot_blend=0.4, shadow_soft_size=0.6
+    ),
     "spot, hard": Light("l", "SPOT", placed(), 100.0, COLOR, spot_size=2.5, spot_blend=0.0),
     "spot, stretched and mirrored": Light(
         "l", "SPOT", placed((2.0, -0.7, 1.3)), 100.0, COLOR, spot_size=0.8, spot_blend=1.0

@@ -53,14 +53,27 @@ vec3 fresnel_mix(vec3 f0, vec3 f90, vec2 layer, float schlick, float dielectric)
   return f0 + (f90 - f0) * schlick + vec3(span * (dielectric - schlick));
 }
 
-/* Trowbridge-Reitz (GGX) normal distribution; Walter et al. 2007, eq. 33, with the sine taken
- * from a cross product: 1 - NoH^2 has no digits left where a narrow lobe needs them. */
-float D_ggx(vec3 N, vec3 H, float alpha_sq)
+/* Trowbridge-Reitz (GGX) normal distribution; Walter et al. 2007, eq. 33; as its mean over a disk
+ * of half vectors' slopes with squared radius `disk_sq`, in closed form. As a density of slopes,
+ * a^2 / (pi (a^2 + s^2)^2) is the stereographic projection of a sphere's evenly spread area, under
+ * which disks are caps: with the disk's nearest and farthest slope d -+ r the cap's angle is
+ * 2 (atan((d + r) / a) - atan((d - r) / a)). The tail stays the narrow lobe's, and in a mirror
+ * (a = 0) the disk itself is seen.
+ *
+ * The sine is taken from a cross product: 1 - NoH^2 has no digits left where a narrow lobe needs
+ * them. */
+float D_ggx(vec3 N, vec3 H, float alpha_sq, float disk_sq)
 {
   vec3 NxH = cross(N, H);
   float NoH = dot(N, H);
-  float d = dot(NxH, NxH) + alpha_sq * NoH * NoH;
-  return alpha_sq / (PI * d * d);
+  float cos_sq = NoH * NoH;
+  float x = alpha_sq + dot(NxH, NxH) / cos_sq - disk_sq;
+  float h = sqrt(x * x + 4.0 * disk_sq * alpha_sq);
+  if (h <= 0.0) {
+    return 0.0;
+  }
+  float density = x >= 0.0 ? 2.0 * alpha_sq / (h * (h + x)) : 0.5 * (h - x) / (h * disk_sq);
+  return density / (PI * cos_sq * cos_sq);
 }
 
 /* Smith's Lambda for GGX; Heitz, Understanding the Masking-Shadowing Function (2014), eq. 72. */
@@ -123,14 +136,15 @@ vec3 specular_normal(vec3 N, vec3 Ng, vec3 V)
   return sin(angle) * X + cos(angle) * Ng;
 }
 
-/* Single-scattering GGX with Fresnel, times NoL. `widening` is added to alpha^2. */
-vec3 specular_lobe(Surface s, vec3 N, vec3 L, float widening, vec4 albedo)
+/* GGX with Fresnel, times NoL. `cell_sq` is the squared angular radius of the part of the light that
+ * L stands for. */
+vec3 specular_lobe(Surface s, vec3 N, vec3 L, float cell_sq, vec4 albedo)
 {
   float NoV = dot(N, s.V);
   float NoL = dot(N, L);
   float alpha = s.roughness * s.roughness;
-  float alpha_sq = alpha * alpha + widening;
-  if (NoV <= 0.0 || NoL <= 0.0 || alpha_sq <= MIRROR_ALPHA_SQ) {
+  float alpha_sq = alpha * alpha;
+  if (NoV <= 0.0 || NoL <= 0.0 || (alpha_sq <= MIRROR_ALPHA_SQ && cell_sq <= 0.0)) {
     return vec3(0.0);
   }
   vec3 half_vector = L + s.V;
@@ -140,11 +154,16 @@ vec3 specular_lobe(Surface s, vec3 N, vec3 L, float widening, vec4 albedo)
   }
   vec3 H = half_vector / half_length;
   float LoH = dot(L, H);
+  if (LoH <= 0.0) {
+    return vec3(0.0);
+  }
+  /* Walter et al. 2007, eq. 14: solid angles shrink by 4 LoH from L to H. */
+  float disk_sq = cell_sq / (4.0 * LoH);
   float visible = 1.0 + lambda_ggx(NoV, alpha_sq) + lambda_ggx(NoL, alpha_sq);
   float ratio = layer_ratio(s.layer);
   vec3 F = fresnel_mix(
       s.f0, s.f90, s.layer, schlick_weight(LoH), dielectric_weight(LoH, ratio));
   /* D G F / (4 NoV NoL) * NoL */
   return F * multiscatter(s.f0, s.f90, albedo) *
-         (D_ggx(N, H, alpha_sq) / (4.0 * NoV * visible));
+         (D_ggx(N, H, alpha_sq, disk_sq) / (4.0 * NoV * visible));
 }

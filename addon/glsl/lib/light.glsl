@@ -6,7 +6,7 @@
 struct Incidence {
   vec3 L;         /* unit, towards the light's point */
   float strength; /* times light.intensity is the irradiance of a surface that faces L */
-  float widening; /* of a specular lobe's alpha^2: the light that the point stands for */
+  float cell_sq;  /* squared angular radius of the part of the light that the point stands for */
 };
 
 /* Spots: Cycles' spot_light_attenuation. `direction` leaves the light. */
@@ -32,19 +32,19 @@ Incidence incidence(vec3 position)
 #if LIGHT_TYPE == 2
   result.L = light.place.xyz;
   result.strength = 1.0;
-  result.widening = light.cell;
+  result.cell_sq = light.cell;
 #else
   vec3 to_light = light.place.xyz - position;
   float distance_sq = dot(to_light, to_light);
   if (distance_sq <= 0.0) {
     result.L = vec3(0.0, 0.0, 1.0);
     result.strength = 0.0;
-    result.widening = 0.0;
+    result.cell_sq = 0.0;
     return result;
   }
   result.L = to_light * inversesqrt(distance_sq);
   result.strength = 1.0 / distance_sq;
-  result.widening = light.cell / distance_sq;
+  result.cell_sq = light.cell / distance_sq;
 #  if LIGHT_TYPE == 3
   float cosine = -dot(light.axis.xyz, result.L);
   if (cosine <= 0.0) {
@@ -52,7 +52,7 @@ Incidence incidence(vec3 position)
     return result;
   }
   result.strength *= cosine;
-  result.widening *= cosine;
+  result.cell_sq *= cosine;
 #    ifdef HAS_SPREAD
   result.strength *= spread_attenuation(cosine);
 #    endif
@@ -69,7 +69,7 @@ Incidence incidence(vec3 position)
   }
   else if (centre_sq <= radius_sq) {
     result.strength = 1.0 / (radius_sq + light.disk * centre_sq);
-    result.widening = light.cell / radius_sq;
+    result.cell_sq = light.cell / radius_sq;
   }
   else {
     result.strength *= centre_sq / (centre_sq + light.disk * radius_sq);

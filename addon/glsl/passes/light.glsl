@@ -34,7 +34,7 @@ void main()
   vec4 albedo = microfacet_albedo(mu, s.roughness);
   reflected *= light.diffuse_factor * layer_transmission(s.layer, mu, s.roughness, albedo);
   reflected += light.specular_factor *
-               specular_lobe(s, N_specular, lit.L, lit.widening, albedo);
+               specular_lobe(s, N_specular, lit.L, lit.cell_sq, albedo);
 #else
   reflected *= light.diffuse_factor;
 #endif

@@ -1,0 +1,151 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""EDITS.json: applied to Blender's lights, taken back, and refused when it can't be."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from addon.errors import InputError
+from addon.relight.edits import applied_edits, read_edits
+
+
+@pytest.fixture
+def scene() -> Iterator[Any]:
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    made = bpy.context.scene
+    for name, kind in (("Key", "AREA"), ("Rim", "SPOT"), ("Sun", "SUN")):
+        made.collection.objects.link(bpy.data.objects.new(name, bpy.data.lights.new(name, kind)))
+    yield made
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+
+
+def state(scene: Any) -> dict[tuple[str, str], Any]:
+    result: dict[tuple[str, str], Any] = {}
+    for obj in scene.objects:
+        for block in (obj, obj.data):
+            for attribute in (
+                "location", "rotation_euler", "scale", "hide_render", "energy", "color", "shape",
+                "size", "use_shadow", "temperature", "rotation_mode", "spot_size", "exposure",
+            ):  # fmt: skip
+                if hasattr(block, attribute):
+                    value = getattr(block, attribute)
+                    plain = isinstance(value, bool | int | float | str)
+                    result[obj.name, attribute] = value if plain else tuple(value)
+        result[obj.name, "data"] = obj.data.name
+    return result
+
+
+def test_applied_and_taken_back(scene: Any) -> None:
+    before = state(scene)
+    edits = {
+        "Key": {
+            "energy": 300, "location": [1, 2, 3], "color": [1, 0.8, 0.6], "shape": "DISK",
+            "use_shadow": False, "rotation_euler": [0.1, 0.2, 0.3],
+        },
+        "Rim": None,
+        "Sun": {"exposure": -1.5},
+    }  # fmt: skip
+    with applied_edits(scene, edits):
+        key = scene.objects["Key"]
+        assert key.data.energy == 300.0
+        assert tuple(key.location) == (1.0, 2.0, 3.0)
+        np.testing.assert_allclose(key.data.color, (1.0, 0.8, 0.6))
+        assert key.data.shape == "DISK"
+        assert not key.data.use_shadow
+        assert scene.objects["Rim"].hide_render
+        assert scene.objects["Sun"].data.exposure == -1.5
+    assert state(scene) == before
+
+
+def test_taken_back_after_an_error(scene: Any) -> None:
+    before = state(scene)
+    with pytest.raises(RuntimeError, match="stop"), applied_edits(scene, {"Key": {"energy": 1}}):
+        raise RuntimeError("stop")
+    assert state(scene) == before
+
+
+def test_shared_data_is_edited_for_one_light_alone(scene: Any) -> None:
+    import bpy
+
+    key = scene.objects["Key"]
+    twin = bpy.data.objects.new("Twin", key.data)
+    scene.collection.objects.link(twin)
+    with applied_edits(scene, {"Key": {"energy": 7.0}}):
+        assert key.data.energy == 7.0
+        assert twin.data.energy != 7.0
+    assert key.data == twin.data
+
+
+def test_animated_attributes_stand_still(scene: Any) -> None:
+    import bpy
+
+    key = scene.objects["Key"]
+    for frame, x in ((1, 0.0), (11, 10.0)):
+        key.location = (x, 0.0, 0.0)
+        key.keyframe_insert("location", frame=frame)
+        key.data.energy = 10.0 * x
+        key.data.keyframe_insert("energy", frame=frame)
+    scene.frame_set(6)
+    with applied_edits(scene, {"Key": {"location": [7, 8, 9], "energy": 3.0}}):
+        scene.frame_set(8)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        seen: Any = key.evaluated_get(depsgraph)
+        assert tuple(seen.matrix_world.translation) == (7.0, 8.0, 9.0)
+        assert seen.data.energy == 3.0
+    scene.frame_set(6)
+    assert key.location[0] == pytest.approx(5.0)
+    assert key.data.energy == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize(
+    ("edits", "words"),
+    [
+        ({"Lamp": None}, ("'Lamp'", "Key", "Rim", "Sun")),
+        ({"Key": {"enrgy": 1.0}}, ("'enrgy'", "'Key'", "energy")),
+        ({"Key": {"spot_size": 1.0}}, ("'spot_size'", "area")),
+        ({"Key": {"energy": "much"}}, ("'energy'", "'Key'", '"much"')),
+        ({"Key": {"energy": True}}, ("'energy'", "true")),
+        ({"Key": {"energy": float("nan")}}, ("'energy'", "finite")),
+        ({"Key": {"color": [1, 1]}}, ("'color'", "3 numbers")),
+        ({"Key": {"color": [1, 1, -1]}}, ("'color'", "between")),
+        ({"Key": {"location": 3.0}}, ("'location'", "3 numbers")),
+        ({"Key": {"shape": "STAR"}}, ("'shape'", "ELLIPSE", "STAR")),
+        ({"Key": {"use_shadow": 1}}, ("'use_shadow'", "true or false")),
+        ({"Rim": {"spot_size": 9.0}}, ("'spot_size'", "between")),
+        ({"Key": {"energy": 5.0}, "Rim": {"angle": 1.0}}, ("'Rim'", "'angle'")),
+    ],
+)
+def test_refused_and_nothing_changed(
+    scene: Any, edits: dict[str, Any], words: tuple[str, ...]
+) -> None:
+    before = state(scene)
+    with pytest.raises(InputError) as caught, applied_edits(scene, edits):
+        pytest.fail("the edit was accepted")
+    assert all(word in str(caught.value) for word in words), str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert state(scene) == before
+
+
+def test_blenders_own_limits_are_accepted(scene: Any) -> None:
+    with applied_edits(scene, {"Rim": {"spot_size": float(np.pi), "spot_blend": 1.0}}):
+        assert scene.objects["Rim"].data.spot_size == pytest.approx(np.pi)
+
+
+def test_read(tmp_path: Path) -> None:
+    path = tmp_path / "edits.json"
+    path.write_text(json.dumps({"Key": {"energy": 1}, "Rim": None}), encoding="utf-8")
+    assert read_edits(path) == {"Key": {"energy": 1}, "Rim": None}
+    for text in ("", "{", "[]", '{"Key": 3}', "3", '{"Key": [1]}', "\xff"):
+        path.write_bytes(text.encode("latin-1"))
+        with pytest.raises(InputError, match=r"edits\.json"):
+            read_edits(path)
+    with pytest.raises(InputError, match="nowhere"):
+        read_edits(tmp_path / "nowhere.json")

@@ -21,7 +21,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import betaincinv
 
 from ..scene.light import Light
 
@@ -73,9 +72,23 @@ def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.floa
     around = 2.0 * np.pi * u[1]
     ring = np.sqrt(1.0 - z * z)
     unit = np.array([ring * np.cos(around), ring * np.sin(around), z])
-    # r^2 of the density r^2 / sqrt(1 - r^2) follows Beta(3/2, 1/2).
-    distance = side * light.shadow_soft_size * np.sqrt(betaincinv(1.5, 0.5, u[2]))
+    distance = side * light.shadow_soft_size * _ball_radius(float(u[2]))
     return np.asarray(light.position + distance * unit)
+
+
+def _ball_radius(u: float) -> float:
+    """Distance from the centre of a unit ball, for u in [0, 1).
+
+    With r = sin(e / 2) the density r^2 / sqrt(1 - r^2) has the distribution (e - sin e) / pi:
+    Kepler's equation. It is convex up to pi, so Newton's method converges from either side.
+    """
+    mean = np.pi * u
+    e = min(np.pi, np.cbrt(9.0 * mean))  # between e^3 / 6 for small e and pi
+    for _ in range(12):
+        slope = 1.0 - np.cos(e)
+        if slope > 0.0:
+            e -= (e - np.sin(e) - mean) / slope
+    return float(np.sin(0.5 * e))
 
 
 def _on_disk(u: NDArray[np.float64]) -> NDArray[np.float64]:

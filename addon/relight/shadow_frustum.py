@@ -33,6 +33,7 @@ _NEAR_OVER_FAR = 1e-7
 # How far a map reaches beyond what it must hold, as a share of its depth: above rounding.
 _MARGIN = 1e-4
 
+
 @dataclass(frozen=True)
 class ShadowSettings:
     """How fine shadow maps are.

@@ -11,9 +11,11 @@ materials is the mix of their channels:
     F(LoH)     = specular_f0 + (specular_f90 - specular_f0) * s(LoH)
     layer(NoV) = layer_f0 * A(NoV, roughness) + layer_f90 * B(NoV, roughness)
 
-with s the Schlick weight (1 - LoH)^5, D and G of GGX with alpha = roughness^2, and A, B the
-two terms of the split-sum directional albedo. `layer` is the light that a dielectric coat
-over the diffuse lobe keeps from it (Principled BSDF; zero under a plain Diffuse BSDF).
+with D and G of GGX, alpha = roughness^2, and A, B the two terms of the split-sum directional
+albedo. s is the Schlick weight (1 - LoH)^5, but for the share of the specular lobe that is the
+dielectric layer, where it follows the exact Fresnel equations, as in Cycles. `layer` is the
+light that a dielectric coat over the diffuse lobe keeps from it (Principled BSDF; zero under a
+plain Diffuse BSDF).
 """
 
 from __future__ import annotations

@@ -237,6 +237,17 @@ class RelightSession:
         return texture
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence for each thing about the cache that the picture suffers from."""
+        if self._world_textures is None or "ambient_occlusion" in self._store.plan.stored:
+            return ()
+        missing = (
+            "the cache was baked without the world's light, which now reaches everywhere; bake "
+            "it again for its occlusion"
+        )
+        return (missing,)
+
+    @property
     def coverage(self) -> Coverage:
         """What the cache does not show of the current view."""
         return self._sampler.coverage()

@@ -82,4 +82,5 @@ class SceneSession:
     def warnings(self) -> tuple[str, ...]:
         """One sentence for each thing that is left out or approximated; materials are listed
         with the cache."""
-        return tuple(text for part in self._warnings.values() for text in part)
+        read = tuple(text for part in self._warnings.values() for text in part)
+        return (*read, *self.session.warnings)

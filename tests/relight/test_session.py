@@ -249,6 +249,13 @@ def test_moved_objects_are_seen_moved(gpu_context: None, room: Any) -> None:
     assert np.abs(session.render().combined - before).max() > 0.01
 
 
+def test_a_world_that_was_not_baked_is_named(gpu_context: None, room: Any) -> None:
+    session = open_session(room)
+    assert session.warnings == ()
+    session.set_world(World(np.array([0.1, 0.2, 0.3])))
+    assert "without the world's light" in session.warnings[0]
+
+
 def test_without_a_view_there_is_no_picture(gpu_context: None, room: Any) -> None:
     from addon.relight.session import RelightSession
 

@@ -86,7 +86,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "hole_fraction": picture.coverage.hole_fraction,
         "open_fraction": picture.coverage.open_fraction,
         "seconds_relight": round(seconds, 3),
-        "warnings": list(arrays.warnings),
+        "warnings": [*arrays.warnings, *session.warnings],
     }
 
 

@@ -125,7 +125,7 @@ def _relight(
     shots: Sequence[tuple[int, View]],
     progress: Progress,
 ) -> tuple[list[EvaluatedView], list[EvaluatedView]]:
-    """All shots with the scene's lights, and every other one again with edited ones.
+    """All shots with the scene's lights, and the first one again with edited ones.
 
     An edit follows its shot at once, so that the session keeps the layers of the other lights.
     """
@@ -144,7 +144,7 @@ def _relight(
     rounds = [("", arrays.lights, before), (" edited", edited, after)]
     for number, (frame, view) in enumerate(shots):
         step = part_of(progress, (number + 0.5) / 4.5, (number + 1.5) / 4.5)
-        for suffix, lights, results in rounds[: 2 - number % 2]:
+        for suffix, lights, results in rounds[: 2 if number == 0 else 1]:
             name = f"frame {frame:03d}{suffix}"
             step(0.0, f"relighting {name}")
             session.set_lights(lights)

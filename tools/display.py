@@ -17,6 +17,8 @@ from .picture_file import make_folder
 # Turns of the colour circle between one caching camera and the next: the golden section keeps
 # any few of them apart.
 GOLDEN_TURN = 0.618033988749895
+# A whole PNG ends with an IEND chunk: no data, and their checksum.
+END_CHUNK = b"\x00\x00\x00\x00IEND\xae\x42\x60\x82"
 # Squares along a caching camera's picture in the false colours, which show u and v.
 SQUARES = 16
 
@@ -50,6 +52,7 @@ def write_display_png(scene: Any, rgba: NDArray[np.float32], path: Path) -> None
         settings.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
         settings.color_depth = "8"
         image.save_render(str(part.absolute()), scene=scene)
+        _finish(part)
         part.replace(path)
     except (OSError, RuntimeError) as error:
         part.unlink(missing_ok=True)
@@ -59,6 +62,14 @@ def write_display_png(scene: Any, rgba: NDArray[np.float32], path: Path) -> None
         bpy.data.images.remove(image)
         for name, value in kept.items():
             setattr(settings, name, value)
+
+
+def _finish(png: Path) -> None:
+    """Flush a PNG to the disk; OSError when it was cut short, which Blender does not say."""
+    with png.open("rb+") as file:
+        if not file.read().endswith(END_CHUNK):
+            raise OSError("it was cut short: the disk may be full")
+        os.fsync(file.fileno())
 
 
 def correspondence_colors(correspondence: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import resource
 from pathlib import Path
 from typing import Any
 
@@ -68,6 +69,20 @@ def test_a_place_that_cannot_be_written_is_named(
         write_display_png(scene, rgba, tmp_path / "folder.png")
     with pytest.raises(InputError, match="file cannot be made"):
         write_display_png(scene, rgba, tmp_path / "file" / "picture.png")
+
+
+def test_a_full_disk_leaves_nothing_half_written(
+    scene: Any, rgba: np.ndarray, tmp_path: Path
+) -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    # Files of this process end at 1 kB: what a full disk does, without filling one.
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, limits[1]))
+    try:
+        with pytest.raises(InputError, match=r"picture\.png cannot be written"):
+            write_display_png(scene, rgba, tmp_path / "picture.png")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_holes_are_white_and_cameras_have_their_own_hues() -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import atexit
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
@@ -83,6 +84,10 @@ class PassShader:
 @cache
 def _program(description: PassShader) -> ShaderProgram:
     return ShaderProgram(description)
+
+
+# Before Blender takes its GPU context down.
+atexit.register(_program.cache_clear)
 
 
 class ShaderProgram:

@@ -52,6 +52,9 @@ if TYPE_CHECKING:
 WORLD_LAYER = "World"
 EMISSION_LAYER = "Emission"
 
+# Inside, a light's layer goes by its name behind this, so that a light called "World" is a light.
+_LIGHT_KEY = "light "
+
 # A running mean replaces the centred preview once it has this many samples: fewer would jump
 # between single hard shadows.
 _STEADY_SAMPLES = 4
@@ -66,7 +69,8 @@ class Picture:
 
     Attributes:
         combined: (H, W, 4) float32, alpha 0 where a transparent film shows through.
-        layers: (H, W, 3) float32 by light name; WORLD_LAYER and EMISSION_LAYER if present.
+        layers: (H, W, 3) float32 by light name; WORLD_LAYER and EMISSION_LAYER beside them, with
+            " (scene)" behind where a light has that name.
         correspondence: (H, W, 4) float32: camera number or -1, u, v, score.
         coverage: what the cache did not show.
         samples: samples in the mean.
@@ -152,8 +156,8 @@ class RelightSession:
         new = {light.name: light for light in lights}
         for name in {**self._lights, **new}:
             if not _same_light(self._lights.get(name), new.get(name)):
-                self._preview.drop(name)
-                self._refined.drop(name)
+                self._preview.drop(_LIGHT_KEY + name)
+                self._refined.drop(_LIGHT_KEY + name)
                 self._preview_shadows.pop(name, None)
         self._lights = new
 
@@ -214,7 +218,7 @@ class RelightSession:
         progress(1.0, f"{count} samples")
         return Picture(
             combined=read_texture(self.draw_combined()),
-            layers={name: self._read_layer(name) for name in self._layer_names()},
+            layers={self._shown_name(key): self._read_layer(key) for key in self._layer_names()},
             correspondence=self._sampler.correspondence().read(),
             coverage=self._sampler.coverage(),
             samples=count,
@@ -266,7 +270,7 @@ class RelightSession:
 
     def _layer_names(self) -> list[str]:
         # The world's layer is always there: it holds the picture's alpha.
-        names = [*self._lights, WORLD_LAYER]
+        names = [*(_LIGHT_KEY + name for name in self._lights), WORLD_LAYER]
         if self._emission_pass is not None:
             names.append(EMISSION_LAYER)
         return names
@@ -286,18 +290,32 @@ class RelightSession:
                 return layer
         return None
 
+    def _light_of(self, key: str) -> Light | None:
+        """The light whose layer goes by this key; None for the world's and the emission's."""
+        if not key.startswith(_LIGHT_KEY):
+            return None
+        return self._lights.get(key.removeprefix(_LIGHT_KEY))
+
+    def _shown_name(self, key: str) -> str:
+        if key.startswith(_LIGHT_KEY):
+            return key.removeprefix(_LIGHT_KEY)
+        return f"{key} (scene)" if key in self._lights else key
+
     def _read_layer(self, name: str) -> NDArray[np.float32]:
         layer = self._refined[name]
         return read_texture(layer.texture)[..., :3] / np.float32(layer.samples)
 
     def _draw_preview(self, name: str, layer: LightLayer, _k: int) -> None:
-        light = self._lights.get(name)
-        if light is not None and light.use_shadow and name not in self._preview_shadows:
-            self._preview_shadows[name] = self._shadow(light, 0, 1)
-        self._draw(name, layer, 0, 1, self._preview_shadows.get(name))
+        light = self._light_of(name)
+        shadow = None
+        if light is not None and light.use_shadow:
+            shadow = self._preview_shadows.get(light.name)
+            if shadow is None:
+                shadow = self._preview_shadows[light.name] = self._shadow(light, 0, 1)
+        self._draw(name, layer, 0, 1, shadow)
 
     def _draw_refined(self, name: str, layer: LightLayer, k: int) -> None:
-        light = self._lights.get(name)
+        light = self._light_of(name)
         shadow = None
         if light is not None and light.use_shadow:
             shadow = self._shadow(light, k, self._refined.count)
@@ -307,8 +325,8 @@ class RelightSession:
         self, name: str, layer: LightLayer, k: int, count: int, shadow: ShadowMap | None
     ) -> None:
         surface = self._sampler.sample(k)
-        if name in self._lights:
-            light = self._lights[name]
+        light = self._light_of(name)
+        if light is not None:
             point = light_sample(light, k, count)
             self._light_pass.draw(surface, light, point, layer.target, shadow=shadow)
         elif name == EMISSION_LAYER and self._emission_pass is not None:

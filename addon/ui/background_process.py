@@ -90,6 +90,9 @@ class BackgroundProcess:
                 self._process.wait()
         if self._process.stdin is not None:
             self._process.stdin.close()
+        # The pipes end with the child; a grandchild may hold them open a little longer.
+        for reader in self._readers:
+            reader.join(GRACE_S)
 
 
 def parse_event(line: bytes) -> dict[str, Any] | None:

@@ -163,6 +163,17 @@ def test_layers_add_up(gpu_context: None, room: Any) -> None:
     assert np.isfinite(picture.combined).all()
 
 
+def test_lights_may_be_called_anything(gpu_context: None, room: Any) -> None:
+    plain, odd = open_session(room), open_session(room)
+    for session, names in ((plain, ("A", "B")), (odd, ("World", "Emission"))):
+        session.set_lights([point_light(names[0], (1, 1, 1.5)), point_light(names[1], (-1, 1, 1))])
+        session.set_world(World(np.array([0.1, 0.2, 0.3])))
+    expected, found = plain.render(), odd.render()
+    assert set(found.layers) == {"World", "Emission", "World (scene)"}
+    assert np.array_equal(found.layers["World (scene)"], expected.layers["World"])
+    assert np.array_equal(found.combined[..., 3], expected.combined[..., 3])
+
+
 def test_an_edit_redoes_one_layer(
     gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

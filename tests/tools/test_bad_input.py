@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 import pytest
 
+from tests.tools.conftest import Run
 from tests.tools.test_command_line import last_line, relume
 
 
@@ -69,9 +70,11 @@ def test_files_that_are_no_blend(tmp_path: Path, content: bytes | None, words: s
 @pytest.mark.parametrize(
     ("lacks", "words"), [({"mesh": False}, "no mesh"), ({"camera": False}, "no camera")]
 )
-def test_a_scene_that_lacks_something(tmp_path: Path, lacks: dict[str, bool], words: str) -> None:
+def test_a_scene_that_lacks_something(
+    tmp_path: Path, lacks: dict[str, bool], words: str, relume_here: Run
+) -> None:
     path = save_scene(tmp_path / "scene.blend", **lacks)
-    assert_refused(relume("place", path), words)
+    assert_refused(relume_here("place", path), words)
 
 
 Change = Callable[[Path], tuple[object, ...]]
@@ -93,10 +96,10 @@ def write(path: Path, content: object) -> Path:
     ],
 )
 def test_weights_that_cannot_be_used(
-    good: Path, tmp_path: Path, content: object, words: str
+    good: Path, tmp_path: Path, content: object, words: str, relume_here: Run
 ) -> None:
     weights = write(tmp_path / "weights.json", content)
-    assert_refused(relume("place", good, "--weights", weights), words)
+    assert_refused(relume_here("place", good, "--weights", weights), words)
 
 
 @pytest.mark.parametrize(
@@ -113,7 +116,23 @@ def test_arguments_that_cannot_be_used(good: Path, arguments: tuple[str, str], w
     assert words in last_line(run)
 
 
-def test_a_place_that_cannot_be_written(good: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("verb", "arguments", "words"),
+    [
+        ("relight", ("--out", "a.exr", "--frame", "99999999999"), "1,048,574"),
+        ("relight", ("--out", "a.exr", "--frame", "-" + 5000 * "9"), "whole number"),
+        ("bake", ("--cameras", "0-99999999999"), "99,999"),
+    ],
+)
+def test_numbers_that_are_too_large(
+    good: Path, verb: str, arguments: tuple[str, ...], words: str, relume_here: Run
+) -> None:
+    run = relume_here(verb, good, "--cache", "absent", *arguments)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert words in last_line(run)
+
+
+def test_a_place_that_cannot_be_written(good: Path, tmp_path: Path, relume_here: Run) -> None:
     out = tmp_path / "no such folder" / "cameras.json"
-    assert_refused(relume("place", good, "--out", out, "--secondaries", "1"), "cameras.json")
+    assert_refused(relume_here("place", good, "--out", out, "--secondaries", "1"), "cameras.json")
     assert list(tmp_path.iterdir()) == []

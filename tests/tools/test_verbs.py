@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.tools.conftest import Run
 from tests.tools.test_bad_input import assert_refused, save_scene, write
 from tests.tools.test_command_line import ROOT, relume
 from tools.picture_file import read_picture
@@ -58,13 +59,15 @@ def test_relight_writes_linear_exr_with_layers_and_png(
     assert read_picture(png).rgb.shape == (36, 48, 3)
 
 
-def test_edits_change_the_picture_as_they_say(baked: tuple[Path, Path], tmp_path: Path) -> None:
+def test_edits_change_the_picture_as_they_say(
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
     scene, cache = baked
     edits = write(tmp_path / "edits.json", {"Key": {"energy": 30.0, "color": [1.0, 0.5, 0.0]}})
     pictures = []
     for name, words in (("plain.exr", ()), ("edited.exr", ("--lights", edits))):
         out = tmp_path / name
-        run = relume(*small("relight", scene, "--cache", cache, "--out", out, *words))
+        run = relume_here(*small("relight", scene, "--cache", cache, "--out", out, *words))
         assert run.returncode == 0, run.stderr
         pictures.append(read_picture(out).rgb)
     # Blender's own point light has 10 W and is white.
@@ -73,12 +76,30 @@ def test_edits_change_the_picture_as_they_say(baked: tuple[Path, Path], tmp_path
 
 
 def test_a_light_that_is_switched_off_leaves_black(
-    baked: tuple[Path, Path], tmp_path: Path
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
 ) -> None:
     scene, cache = baked
     edits = write(tmp_path / "edits.json", {"Key": None})
     words = small("relight", scene, "--cache", cache, "--out", tmp_path / "off.exr")
-    assert_refused(relume(*words, "--lights", edits), "no light")
+    run = relume_here(*words, "--lights", edits)
+    assert run.returncode == 0, run.stderr
+    assert read_picture(tmp_path / "off.exr").rgb.max() == 0.0
+
+
+def test_notes_are_on_standard_error_also_with_json(
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
+    scene, cache = baked
+    copy = Path(shutil.copytree(cache, tmp_path / "cache"))
+    manifest = json.loads((copy / "manifest.json").read_text())
+    manifest["plan"]["approximations"] = [{"material": "Paint", "effect": "no sheen"}]
+    write(copy / "manifest.json", manifest)
+    words = small("relight", scene, "--cache", copy, "--out", tmp_path / "a.png")
+    for json_word in ((), ("--json",)):
+        run = relume_here(*words, *json_word)
+        assert run.returncode == 0, run.stderr
+        assert "note: material 'Paint': no sheen\n" in run.stderr
+    assert json.loads(run.stdout)["warnings"][-1] == "material 'Paint': no sheen"
 
 
 def test_evaluate_measures_against_cycles(baked: tuple[Path, Path], tmp_path: Path) -> None:
@@ -99,14 +120,14 @@ def test_evaluate_measures_against_cycles(baked: tuple[Path, Path], tmp_path: Pa
 
 
 def test_resume_keeps_what_is_there_and_bakes_the_rest(
-    baked: tuple[Path, Path], tmp_path: Path
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
 ) -> None:
     scene, cache = baked
     copy = Path(shutil.copytree(cache, tmp_path / "cache"))
     lost = max((copy / "cameras").iterdir())
     lost.unlink()
     words = ("bake", scene, "--cache", copy, "--preset", "draft", "--resume", "--json")
-    report = json.loads(relume(*words).stdout)
+    report = json.loads(relume_here(*words).stdout)
     assert report["baked"] == 1
     assert report["kept"] == report["cameras"] - 1
     assert lost.is_file()
@@ -122,11 +143,15 @@ def test_resume_keeps_what_is_there_and_bakes_the_rest(
     ],
 )
 def test_edits_that_cannot_be_made(
-    baked: tuple[Path, Path], tmp_path: Path, edits: object, words: tuple[str, ...]
+    baked: tuple[Path, Path],
+    tmp_path: Path,
+    edits: object,
+    words: tuple[str, ...],
+    relume_here: Run,
 ) -> None:
     scene, cache = baked
     path, out = write(tmp_path / "edits.json", edits), tmp_path / "out.png"
-    run = relume("relight", scene, "--cache", cache, "--out", out, "--lights", path)
+    run = relume_here("relight", scene, "--cache", cache, "--out", out, "--lights", path)
     assert_refused(run, *words)
     assert not out.exists()
 
@@ -140,11 +165,11 @@ def test_edits_that_cannot_be_made(
     ],
 )
 def test_relight_words_that_cannot_be_used(
-    baked: tuple[Path, Path], tmp_path: Path, extra: tuple[str, str], words: str
+    baked: tuple[Path, Path], tmp_path: Path, extra: tuple[str, str], words: str, relume_here: Run
 ) -> None:
     scene, cache = baked
     out = ("--out", tmp_path / "out.png")
-    assert_refused(relume("relight", scene, "--cache", cache, *out, *extra), words)
+    assert_refused(relume_here("relight", scene, "--cache", cache, *out, *extra), words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -176,32 +201,36 @@ def spoil(cache: Path, how: str) -> None:
     ],
 )
 def test_caches_that_cannot_be_used_are_named(
-    baked: tuple[Path, Path], tmp_path: Path, how: str, words: str
+    baked: tuple[Path, Path], tmp_path: Path, how: str, words: str, relume_here: Run
 ) -> None:
     scene, cache = baked
     copy = Path(shutil.copytree(cache, tmp_path / "cache"))
     spoil(copy, how)
     before = sorted(copy.rglob("*"))
     out = tmp_path / "out.png"
-    assert_refused(relume(*small("relight", scene, "--cache", copy, "--out", out)), words)
+    assert_refused(relume_here(*small("relight", scene, "--cache", copy, "--out", out)), words)
     assert not out.exists()
     assert sorted(copy.rglob("*")) == before
 
 
-def test_another_scenes_cache_is_not_baked_over(baked: tuple[Path, Path], tmp_path: Path) -> None:
+def test_another_scenes_cache_is_not_baked_over(
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
     scene, cache = baked
     copy = Path(shutil.copytree(cache, tmp_path / "cache"))
     spoil(copy, "another scene")
     manifest = (copy / "manifest.json").read_bytes()
     words = ("bake", scene, "--cache", copy, "--preset", "draft")
-    assert_refused(relume(*words), "another scene")
+    assert_refused(relume_here(*words), "another scene")
     assert (copy / "manifest.json").read_bytes() == manifest
-    assert relume(*words, "--overwrite").returncode == 0
+    assert relume_here(*words, "--overwrite").returncode == 0
 
 
-def test_a_cache_that_cannot_be_made(baked: tuple[Path, Path], tmp_path: Path) -> None:
+def test_a_cache_that_cannot_be_made(
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
     (tmp_path / "file").touch()
-    run = relume("bake", baked[0], "--cache", tmp_path / "file" / "cache", "--preset", "draft")
+    run = relume_here("bake", baked[0], "--cache", tmp_path / "file" / "cache", "--preset", "draft")
     assert_refused(run, "file")
 
 

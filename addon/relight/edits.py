@@ -55,7 +55,8 @@ def read_edits(path: Path) -> Edits:
         raise InputError(f"cannot read the light edits '{path}': {error}") from error
     try:
         edits = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+    # ValueError: also a number of more digits than Python reads.
+    except (ValueError, RecursionError) as error:
         raise InputError(f"the light edits '{path}' are not JSON: {error}") from error
     if not isinstance(edits, dict):
         raise InputError(f"the light edits '{path}' must be a JSON object with lights' names")
@@ -107,8 +108,9 @@ def _checked(light: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
         declared = block.bl_rna.properties.get(attribute)
         if declared is None:
             kind = light.data.type.lower()
+            kind = f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
             raise InputError(
-                f"light '{light.name}' is a {kind} light, which has no '{attribute}'; leave it out"
+                f"light '{light.name}' is {kind} light, which has no '{attribute}'; leave it out"
             )
         values[attribute] = _value(f"'{attribute}' of light '{light.name}'", declared, value)
     return values
@@ -133,7 +135,13 @@ def _value(what: str, declared: Any, value: Any) -> Any:
 
 
 def _number(what: str, declared: Any, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{what} must be a finite number, not {json.dumps(value)}")
+    try:
+        value = float(value)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
         raise InputError(f"{what} must be a finite number, not {json.dumps(value)}")
     low, high = declared.hard_min, declared.hard_max
     # Blender keeps float32, so that its own pi and limits come back a rounding away.

@@ -110,10 +110,11 @@ def test_animated_attributes_stand_still(scene: Any) -> None:
     [
         ({"Lamp": None}, ("'Lamp'", "Key", "Rim", "Sun")),
         ({"Key": {"enrgy": 1.0}}, ("'enrgy'", "'Key'", "energy")),
-        ({"Key": {"spot_size": 1.0}}, ("'spot_size'", "area")),
+        ({"Key": {"spot_size": 1.0}}, ("'spot_size'", "is an area light")),
         ({"Key": {"energy": "much"}}, ("'energy'", "'Key'", '"much"')),
         ({"Key": {"energy": True}}, ("'energy'", "true")),
         ({"Key": {"energy": float("nan")}}, ("'energy'", "finite")),
+        ({"Key": {"energy": 10**400}}, ("'energy'", "finite")),
         ({"Key": {"color": [1, 1]}}, ("'color'", "3 numbers")),
         ({"Key": {"color": [1, 1, -1]}}, ("'color'", "between")),
         ({"Key": {"location": 3.0}}, ("'location'", "3 numbers")),
@@ -143,7 +144,8 @@ def test_read(tmp_path: Path) -> None:
     path = tmp_path / "edits.json"
     path.write_text(json.dumps({"Key": {"energy": 1}, "Rim": None}), encoding="utf-8")
     assert read_edits(path) == {"Key": {"energy": 1}, "Rim": None}
-    for text in ("", "{", "[]", '{"Key": 3}', "3", '{"Key": [1]}', "\xff"):
+    digits = '{"Key": {"energy": ' + 9999 * "1" + "}}"
+    for text in (digits, "", "{", "[]", '{"Key": 3}', "3", '{"Key": [1]}', "\xff"):
         path.write_bytes(text.encode("latin-1"))
         with pytest.raises(InputError, match=r"edits\.json"):
             read_edits(path)

@@ -13,6 +13,10 @@ from addon.camplace.settings import PlacementSettings
 
 # Samples of a relit pixel: its error at edges is then below the caching's (docs/accuracy.md).
 RELIGHT_SAMPLES = 16
+# Blender's MAXFRAME; its own first frame is the negative of it.
+LAST_FRAME = 1_048_574
+# Far more caching cameras than a cache can have.
+LAST_CAMERA = 99_999
 # As in addon/caching/bake.py, which imports bpy; a test compares them.
 PRESETS = ("draft", "balanced", "final")
 
@@ -40,7 +44,7 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--size", type=size, metavar="WxH", help="pixels (default: the scene's render size)"
     )
-    parser.add_argument("--frame", type=int, metavar="N", help="the frame (default: the scene's)")
+    parser.add_argument("--frame", type=frame, metavar="N", help="the frame (default: the scene's)")
     parser.add_argument(
         "--samples",
         type=positive,
@@ -103,13 +107,29 @@ def positive(text: str) -> int:
     return number
 
 
+def frame(text: str) -> int:
+    """A frame number that Blender can have."""
+    try:
+        number = int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a whole number") from None
+    if abs(number) > LAST_FRAME:
+        raise argparse.ArgumentTypeError(f"there are frames to {LAST_FRAME:,} only, not {text}")
+    return number
+
+
 def numbers(text: str) -> tuple[int, ...]:
     """Numbers and ranges, such as 0-7,12."""
     found: list[int] = []
     try:
         for part in text.split(","):
             first, _, last = part.partition("-")
-            found.extend(range(int(first), int(last or first) + 1))
+            ends = int(first), int(last or first)
+            if max(ends) > LAST_CAMERA:
+                raise argparse.ArgumentTypeError(
+                    f"no cache has a camera of a number above {LAST_CAMERA:,}: '{text}'"
+                )
+            found.extend(range(ends[0], ends[1] + 1))
     except ValueError:
         raise argparse.ArgumentTypeError(f"'{text}' is not like 0-7 or 0,3,5-8") from None
     if not found:

@@ -94,8 +94,8 @@ def camera_names(scene: Any) -> list[str | None]:
 
 
 def require_light(scene: Any, arrays: SceneArrays) -> None:
-    """Raises InputError when nothing in the scene gives light."""
-    if not arrays.lights and arrays.world is None:
+    """Raises InputError when nothing gives light, in what was read or in the scene unedited."""
+    if not arrays.lights and arrays.world is None and not read_lights_again(scene):
         raise InputError(f"Scene '{scene.name}' has no light; add one to relight it.")
 
 
@@ -123,3 +123,10 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     return session
+
+
+def cache_approximations(cache: Path) -> list[str]:
+    """A sentence for each material that a cache does not hold as Cycles shows it."""
+    from addon.caching.store import CacheStore
+
+    return [str(item) for item in CacheStore.open(cache).plan.approximations]

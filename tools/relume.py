@@ -52,6 +52,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     with standard_output() as out:
         try:
             result = args.module.run(args, progress_on(sys.stderr))
+            for warning in result.get("warnings", ()):
+                print(f"note: {warning}", file=sys.stderr, flush=True)
             text = to_json(result) if args.json else args.module.describe(result)
             out.write(text + "\n")
             out.flush()

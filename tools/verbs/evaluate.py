@@ -10,6 +10,7 @@ from typing import Any
 from addon.progress import Progress
 
 from ..output import part_of, to_json
+from ..unique_names import folder_names
 from . import arguments
 
 NAME = "evaluate"
@@ -69,12 +70,13 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     settings = BakeSettings(preset=preset, resume=True)
     baking = Baking(scene, arrays.geometry, cache, settings)
     baked = baking.run(cached_cameras(cache), part_of(progress, 0.02, 0.4))
+    folders = folder_names([view.name for view in shown], taken=("cache",))
     with applied_edits(scene, edits):
         session = open_session(arrays, cache, args.samples)
         views = []
         for number, view in enumerate(shown):
             ends = [0.4 + 0.1 * (number + i) / len(shown) for i in (0, 1)]
-            shot = evaluation.Shot(view.name, scene.frame_current, view, args.out / view.name)
+            shot = evaluation.Shot(view.name, scene.frame_current, view, args.out / folders[number])
             views.append(evaluation.relight_view(session, shot, part_of(progress, *ends)))
             views[-1].write_relit(scene)
         reference.prepare(scene)
@@ -107,7 +109,4 @@ def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
     from ..evaluation import describe_views
 
-    lines = [f"note: {warning}" for warning in report["warnings"]]
-    lines.append(describe_views(report["views"]))
-    lines.append(f"see {report['contact_sheet']}")
-    return "\n".join(lines)
+    return f"{describe_views(report['views'])}\nsee {report['contact_sheet']}"

@@ -77,11 +77,9 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 
 def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
-    lines = [f"note: {warning}" for warning in report["warnings"]]
-    lines.append(
+    summary = (
         f"{len(report['cameras'])} caching cameras: {report['primaries']} primary (six faces each "
         f"at most), {report['secondaries']} secondary; they cover "
         f"{100.0 * report['coverage']:.1f} % of the samples"
     )
-    lines += [f"wrote {path}" for path in report["written"]]
-    return "\n".join(lines)
+    return "\n".join([summary, *(f"wrote {path}" for path in report["written"])])

@@ -14,6 +14,7 @@ from addon.errors import InputError
 from addon.progress import Progress
 
 from ..output import part_of
+from ..unique_names import unique_names
 from . import arguments
 
 NAME = "relight"
@@ -45,7 +46,13 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 
     from ..display import write_display_png
     from ..picture_file import write_exr
-    from ..relit import open_session, read_scene, read_views, require_light
+    from ..relit import (
+        cache_approximations,
+        open_session,
+        read_scene,
+        read_views,
+        require_light,
+    )
     from ..scene_file import open_scene
 
     edits = read_edits(args.lights) if args.lights is not None else {}
@@ -68,9 +75,11 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     if suffix == ".png":
         write_display_png(scene, picture.combined, args.out)
     else:
+        # A dot parts a layer from its channel, so that a layer's own name has none.
+        exr_names = unique_names(name.replace(".", "_") for name in picture.layers)
         extra = {
-            f"{name.replace('.', '_')}.{channel}": np.ascontiguousarray(layer[..., i])
-            for name, layer in picture.layers.items()
+            f"{exr_name}.{channel}": np.ascontiguousarray(layer[..., i])
+            for exr_name, layer in zip(exr_names, picture.layers.values(), strict=True)
             for i, channel in enumerate("RGB")
         }
         write_exr(args.out, picture.combined, extra)
@@ -86,16 +95,14 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "hole_fraction": picture.coverage.hole_fraction,
         "open_fraction": picture.coverage.open_fraction,
         "seconds_relight": round(seconds, 3),
-        "warnings": [*arrays.warnings, *session.warnings],
+        "warnings": [*arrays.warnings, *session.warnings, *cache_approximations(args.cache)],
     }
 
 
 def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
-    lines = [f"note: {warning}" for warning in report["warnings"]]
     holes = 100.0 * report["hole_fraction"]
-    lines.append(
+    return (
         f"{report['image']}: {report['camera']}, {report['width']}x{report['height']}, "
         f"{report['seconds_relight']:.2f} s, {holes:.2f} % holes"
     )
-    return "\n".join(lines)

@@ -99,7 +99,7 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         store = prepare_store(Path(folder), manifest, settings)
         seconds = {"prepare": time.monotonic() - started}
         wanted = [c for c in fitted if settings.only is None or c.id in settings.only]
-        kept = [c for c in wanted if store.is_intact(c.id)]
+        kept = [c for c in wanted if settings.resume and store.is_intact(c.id)]
         todo = [c for c in wanted if c not in kept]
         baked = _bake_cameras(scene, store, todo, shown, progress)
     if world is not None and world.needs_baking:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
@@ -41,8 +41,9 @@ class BakeSettings:
 def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> CacheStore:
     """The cache to bake into: an earlier one, or a new one in its place.
 
-    With `resume` an earlier cache is gone on with; with `only` these cameras are taken out of
-    it, to be baked again; else all are. Several processes may do so at once.
+    An earlier cache of the same scene, cameras and settings stays as it is: its files are
+    replaced one by one as cameras are baked again, so a bake that fails loses none of them.
+    Several processes may do so at once.
 
     Raises:
         InputError: the folder cannot be written, or holds another scene's cache, or one that
@@ -55,17 +56,12 @@ def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> C
             return CacheStore.create(folder, manifest)
         if not settings.overwrite:
             earlier.check_fingerprint(manifest.fingerprint)
-        if not settings.resume and settings.only is None:
+        if earlier.manifest.continues(manifest):
+            earlier.sweep()
+            return earlier
+        if settings.overwrite or (not settings.resume and settings.only is None):
             return CacheStore.create(folder, manifest)
-        if not earlier.manifest.continues(manifest):
-            if settings.overwrite:
-                return CacheStore.create(folder, manifest)
-            raise InputError(_difference(folder, earlier.manifest, manifest))
-        if not settings.resume:
-            again = settings.only or frozenset()
-            rest = {n: r for n, r in earlier.manifest.finished.items() if n not in again}
-            earlier.write_manifest(replace(earlier.manifest, finished=rest))
-        return earlier
+        raise InputError(_difference(folder, earlier.manifest, manifest))
 
 
 def _earlier(folder: Path, overwrite: bool) -> CacheStore | None:
@@ -87,4 +83,7 @@ def _difference(folder: Path, earlier: Manifest, wanted: Manifest) -> str:
         what = "other channels, for a world or materials that changed"
     else:
         what = "other caching cameras"
-    return f"{folder} was baked with {what}; bake all of it again, or choose another folder"
+    return (
+        f"{folder} was baked with {what}; bake all of it again, without --resume and --cameras, "
+        "or choose another folder"
+    )

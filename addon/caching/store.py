@@ -171,7 +171,7 @@ class CacheStore:
         with _write_errors(store.folder):
             (store.folder / "cameras").mkdir(parents=True, exist_ok=True)
         store.write_manifest(manifest)
-        store._sweep()
+        store.sweep()
         return store
 
     @staticmethod
@@ -319,7 +319,7 @@ class CacheStore:
             self.write_manifest(replace(now, world=record, world_fingerprint=fingerprint))
         return record
 
-    def _sweep(self) -> None:
+    def sweep(self) -> None:
         """Remove files of an earlier cache, and what a killed process left half-written."""
         keep = {self.camera_path(camera.id) for camera in self.manifest.cameras}
         stale = [p for p in (self.folder / "cameras").glob("*.exr") if p not in keep]

@@ -81,7 +81,13 @@ def test_resuming_keeps_what_is_finished(begun: CacheStore) -> None:
 
 def test_a_part_is_baked_again_within_the_rest(begun: CacheStore) -> None:
     prepare_store(begun.folder, MANIFEST, BakeSettings(only=frozenset({2, 9})))
-    assert finished(begun.folder) == {0, 1, 3}
+    # What is there stays until its new file takes its place.
+    assert finished(begun.folder) == {0, 1, 2, 3}
+
+
+def test_the_same_bake_again_loses_nothing_when_it_fails(begun: CacheStore) -> None:
+    prepare_store(begun.folder, MANIFEST, BakeSettings())
+    assert finished(begun.folder) == {0, 1, 2, 3}
 
 
 def test_a_whole_bake_begins_anew(begun: CacheStore) -> None:

@@ -19,8 +19,9 @@ def relume_here(capfd: pytest.CaptureFixture[str]) -> Run:
 
     def run(*words: object) -> subprocess.CompletedProcess[str]:
         capfd.readouterr()
-        status = main([str(word) for word in words])
+        arguments = [str(word) for word in words]
+        status = main(arguments)
         captured = capfd.readouterr()
-        return subprocess.CompletedProcess(words, status, captured.out, captured.err)
+        return subprocess.CompletedProcess(arguments, status, captured.out, captured.err)
 
     return run

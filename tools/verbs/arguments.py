@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from addon.camplace.settings import PlacementSettings
 
-# Samples of a relit pixel: its error at edges is then below the caching's (docs/accuracy.md).
+# Samples of a relit pixel: its error at edges is then below the caching's.
 RELIGHT_SAMPLES = 16
 # Blender's MAXFRAME; its own first frame is the negative of it.
 LAST_FRAME = 1_048_574

@@ -41,6 +41,8 @@ _AMBIENT_BLOCK = UniformBlock(
     ),
 )
 
+_PICTURE_LIBRARY = ("equirect", "world_picture")
+
 # Constants of the harmonics in the order of `harmonics()`, taken out of the shader.
 _HARMONIC_FACTORS = np.sqrt(
     np.array([1.0, 3.0, 3.0, 3.0, 15.0, 15.0, 1.25, 15.0, 3.75]) / (4.0 * np.pi)
@@ -144,7 +146,7 @@ def _background(has_picture: bool) -> PassShader:
     return PassShader(
         name="background",
         fragment="background",
-        library=("equirect",) if has_picture else (),
+        library=_PICTURE_LIBRARY if has_picture else (),
         blocks=(_BACKGROUND_BLOCK,),
         samplers=samplers,
         outputs=(("VEC4", "radiance"),),
@@ -188,7 +190,7 @@ def _ambient(has_picture: bool) -> PassShader:
     return PassShader(
         name="ambient",
         fragment="ambient",
-        library=("surface", "albedo_table", "bsdf", *(("equirect",) if has_picture else ())),
+        library=("surface", "albedo_table", "bsdf", *(_PICTURE_LIBRARY if has_picture else ())),
         blocks=(VIEW_BLOCK, _AMBIENT_BLOCK),
         samplers=samplers,
         outputs=(("VEC4", "radiance"),),

@@ -2,21 +2,6 @@
  * The world's light on the surfaces, dimmed by their ambient occlusion. */
 
 #ifdef HAS_PICTURE
-vec3 picture_at(vec3 direction)
-{
-  ivec2 size = textureSize(world_picture, 0);
-  vec2 at = equirect_texel(direction, size);
-  ivec2 low = ivec2(floor(at));
-  vec2 t = at - vec2(low);
-  vec3 bottom = mix(EQUIRECT_TEXEL(world_picture, size, 0, low),
-                    EQUIRECT_TEXEL(world_picture, size, 0, low + ivec2(1, 0)),
-                    t.x);
-  vec3 top = mix(EQUIRECT_TEXEL(world_picture, size, 0, low + ivec2(0, 1)),
-                 EQUIRECT_TEXEL(world_picture, size, 0, low + ivec2(1, 1)),
-                 t.x);
-  return mix(bottom, top, t.y);
-}
-
 vec3 lobe_at(int level, vec3 direction)
 {
   ivec2 size = textureSize(world_lobes, 0);

@@ -10,17 +10,7 @@ void main()
 #ifdef HAS_PICTURE
   vec3 direction = normalize(background.corner.xyz + gl_FragCoord.x * background.right.xyz +
                              gl_FragCoord.y * background.up.xyz);
-  ivec2 size = textureSize(world_picture, 0);
-  vec2 at = equirect_texel(direction, size);
-  ivec2 low = ivec2(floor(at));
-  vec2 t = at - vec2(low);
-  vec3 bottom = mix(EQUIRECT_TEXEL(world_picture, size, 0, low),
-                    EQUIRECT_TEXEL(world_picture, size, 0, low + ivec2(1, 0)),
-                    t.x);
-  vec3 top = mix(EQUIRECT_TEXEL(world_picture, size, 0, low + ivec2(0, 1)),
-                 EQUIRECT_TEXEL(world_picture, size, 0, low + ivec2(1, 1)),
-                 t.x);
-  vec3 seen = mix(bottom, top, t.y);
+  vec3 seen = picture_at(direction);
 #else
   vec3 seen = background.color.rgb;
 #endif

@@ -3,14 +3,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.errors import InputError
+from addon.whole_file import replacing
 
 from .picture_file import make_folder
 
@@ -37,7 +36,7 @@ def write_display_png(scene: Any, rgba: NDArray[np.float32], path: Path) -> None
     import bpy
 
     height, width = rgba.shape[:2]
-    part = path.with_name(f".{path.stem}.{os.getpid()}.part.png")
+    make_folder(path.parent)
     image = bpy.data.images.new("Relume", width, height, alpha=True, float_buffer=True)
     settings = scene.render.image_settings
     kept = {
@@ -45,31 +44,24 @@ def write_display_png(scene: Any, rgba: NDArray[np.float32], path: Path) -> None
         for name in ("media_type", "file_format", "color_mode", "color_depth")
     }
     try:
-        make_folder(path.parent)
         image.pixels.foreach_set(np.ascontiguousarray(rgba, dtype=np.float32).ravel())
         settings.media_type = "IMAGE"
         settings.file_format = "PNG"
         settings.color_mode = "RGBA" if scene.render.film_transparent else "RGB"
         settings.color_depth = "8"
-        image.save_render(str(part.absolute()), scene=scene)
-        _finish(part)
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        part.unlink(missing_ok=True)
-        reason = " ".join(str(error).split())
-        raise InputError(f"{path} cannot be written ({reason}); choose another place.") from None
+        with replacing(path) as part:
+            image.save_render(str(part.absolute()), scene=scene)
+            _require_whole(part)
     finally:
         bpy.data.images.remove(image)
         for name, value in kept.items():
             setattr(settings, name, value)
 
 
-def _finish(png: Path) -> None:
-    """Flush a PNG to the disk; OSError when it was cut short, which Blender does not say."""
-    with png.open("rb+") as file:
-        if not file.read().endswith(END_CHUNK):
-            raise OSError("it was cut short: the disk may be full")
-        os.fsync(file.fileno())
+def _require_whole(png: Path) -> None:
+    """RuntimeError when a PNG was cut short, which Blender does not say."""
+    if not png.read_bytes().endswith(END_CHUNK):
+        raise RuntimeError("it was cut short")
 
 
 def correspondence_colors(correspondence: NDArray[np.float32]) -> NDArray[np.float64]:

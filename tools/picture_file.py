@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.errors import InputError
+from addon.whole_file import replacing
 
 
 @dataclass(frozen=True)
@@ -123,14 +123,12 @@ def write_exr(
     for name, values in (extra or {}).items():
         channels[name] = np.ascontiguousarray(values[::-1], dtype=np.float32)
     settings = {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    part = _part_of(path)
-    try:
-        with OpenEXR.File(settings | dict(header or {}), channels) as file:
-            file.write(str(part))
-        part.replace(path)
-    except (OSError, RuntimeError) as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path} cannot be written ({error}); choose another place.") from None
+    make_folder(path.parent)
+    with (
+        replacing(path) as part,
+        OpenEXR.File(settings | dict(header or {}), channels) as file,
+    ):
+        file.write(str(part))
 
 
 def write_png(path: Path, encoded: NDArray[np.floating]) -> None:
@@ -142,13 +140,9 @@ def write_png(path: Path, encoded: NDArray[np.floating]) -> None:
     from PIL import Image
 
     pixels = np.rint(np.clip(np.asarray(encoded[::-1]), 0.0, 1.0) * 255.0).astype(np.uint8)
-    part = _part_of(path)
-    try:
+    make_folder(path.parent)
+    with replacing(path) as part:
         Image.fromarray(pixels).save(part, format="PNG", optimize=True)
-        part.replace(path)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise InputError(f"{path} cannot be written ({error}); choose another place.") from None
 
 
 def make_folder(folder: Path) -> None:
@@ -157,9 +151,3 @@ def make_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{folder} cannot be made ({error.strerror}); choose another.") from None
-
-
-def _part_of(path: Path) -> Path:
-    """A name beside the file, of this process alone, for what is being written."""
-    make_folder(path.parent)
-    return path.with_name(f".{path.stem}.{os.getpid()}.part{path.suffix}")

@@ -17,6 +17,7 @@ from addon.camplace.camera import CachingCamera
 from addon.camplace.placement import Placement
 from addon.errors import InputError
 from addon.scene.geometry import SceneGeometry
+from addon.whole_file import replacing
 
 # Edges drawn at most; a random share of a heavy mesh still shows where things are.
 MAX_EDGES = 40_000
@@ -43,11 +44,11 @@ def draw_placement(geometry: SceneGeometry, placement: Placement, path: Path) ->
     _draw_plan(plans[1, 0], edges, placement, (0, 2), "from the front")
     _draw_plan(plans[1, 1], edges, placement, (1, 2), "from the right")
     _draw_curve(plans[0, 1], placement)
-    try:
-        with mpl.rc_context({"savefig.dpi": 100}):
-            figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"The picture {path} cannot be written: {error}.") from error
+    kind = path.suffix.removeprefix(".") or "png"
+    if kind not in figure.canvas.get_supported_filetypes():
+        raise InputError(f"{path} cannot be written: there are no .{kind} pictures; use .png")
+    with mpl.rc_context({"savefig.dpi": 100}), replacing(path) as part:
+        figure.savefig(part, format=kind)
 
 
 def _draw_plan(

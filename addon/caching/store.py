@@ -16,10 +16,8 @@ what it then says, so that none loses what another one finished.
 
 from __future__ import annotations
 
-import errno
 import hashlib
 import json
-import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -33,6 +31,7 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
+from ..whole_file import replacing, write_errors
 from .channels import CHANNEL_BY_NAME
 from .folder_lock import locked
 from .framebuffer import DeepFramebuffer
@@ -43,6 +42,7 @@ SCHEMA_VERSION = 1
 MANIFEST_NAME = "manifest.json"
 WORLD_NAME = "world.exr"
 _BAKE_AGAIN = "bake the cache again"
+_ELSEWHERE = "choose another folder"
 
 # Writing one file takes seconds; a temporary file older than this has no writer any more.
 _PART_SECONDS = 3600.0
@@ -168,7 +168,7 @@ class CacheStore:
             InputError: nothing can be written there.
         """
         store = cls(Path(folder), manifest)
-        with _write_errors(store.folder):
+        with write_errors(store.folder, _ELSEWHERE):
             (store.folder / "cameras").mkdir(parents=True, exist_ok=True)
         store.write_manifest(manifest)
         store.sweep()
@@ -182,7 +182,7 @@ class CacheStore:
         Raises:
             InputError: nothing can be written there.
         """
-        with _write_errors(folder):
+        with write_errors(folder, _ELSEWHERE):
             folder.mkdir(parents=True, exist_ok=True)
             with locked(folder):
                 yield
@@ -284,7 +284,7 @@ class CacheStore:
     def write_manifest(self, manifest: Manifest) -> None:
         """Replace the manifest. Raises as write_camera()."""
         text = json.dumps(manifest.to_json(), indent=1) + "\n"
-        with _replacing(self.folder / MANIFEST_NAME) as temporary:
+        with replacing(self.folder / MANIFEST_NAME, _ELSEWHERE) as temporary:
             temporary.write_text(text, encoding="utf-8")
         self.manifest = manifest
 
@@ -331,7 +331,7 @@ class CacheStore:
             path.unlink(missing_ok=True)
 
     def _write_exr(self, path: Path, parts: Mapping[str, NDArray[Any]]) -> FileRecord:
-        with _replacing(path) as temporary:
+        with replacing(path, _ELSEWHERE) as temporary:
             _write_parts(temporary, parts)
             return _file_record(temporary)
 
@@ -377,12 +377,7 @@ def _write_parts(path: Path, parts: Mapping[str, NDArray[Any]]) -> None:
             "compression": OpenEXR.ZIP_COMPRESSION,
         }
         exr_parts.append(OpenEXR.Part(header, channels, name))
-    try:
-        OpenEXR.File(exr_parts).write(str(path))
-    except RuntimeError as error:
-        # The library does not say why; a full disk is by far the likeliest reason.
-        code = errno.ENOSPC if "write" in str(error).lower() else errno.EIO
-        raise OSError(code, os.strerror(code), str(path)) from error
+    OpenEXR.File(exr_parts).write(str(path))
 
 
 def _read_parts(path: Path) -> dict[str, NDArray[np.float32]]:
@@ -398,31 +393,3 @@ def _read_parts(path: Path) -> dict[str, NDArray[np.float32]]:
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"{path} cannot be read as a deep framebuffer; {_BAKE_AGAIN}") from error
     return result
-
-
-@contextmanager
-def _write_errors(path: Path) -> Iterator[None]:
-    """Turn the operating system's refusals into one clear sentence."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno == errno.ENOSPC:
-            raise InputError(
-                f"the disk is full, so {path} was not written; free some space and resume"
-            ) from error
-        reason = error.strerror or str(error)
-        raise InputError(f"{path} cannot be written: {reason}; choose another folder") from error
-
-
-@contextmanager
-def _replacing(path: Path) -> Iterator[Path]:
-    """A temporary path whose file takes the place of `path` at the end, or is removed."""
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    with _write_errors(path):
-        try:
-            yield temporary
-            with temporary.open("rb+") as file:
-                os.fsync(file.fileno())
-            temporary.replace(path)
-        finally:
-            temporary.unlink(missing_ok=True)

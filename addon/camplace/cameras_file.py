@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import json
-import os
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..whole_file import replacing
 from .camera import CachingCamera
 
 SCHEMA = "relume-cameras"
@@ -56,18 +56,8 @@ def write_cameras(path: Path, cameras: tuple[CachingCamera, ...]) -> None:
     Raises:
         InputError: if it cannot be written there.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with temporary.open("w", encoding="utf-8") as file:
-            json.dump(to_json(cameras), file, indent=1)
-            file.flush()
-            os.fsync(file.fileno())
-        temporary.replace(path)
-    except OSError as error:
-        temporary.unlink(missing_ok=True)
-        raise InputError(
-            f"The cameras file {path} cannot be written: {error.strerror}; choose another place."
-        ) from error
+    with replacing(path) as temporary, temporary.open("w", encoding="utf-8") as file:
+        json.dump(to_json(cameras), file, indent=1)
 
 
 def read_cameras(path: Path) -> tuple[CachingCamera, ...]:

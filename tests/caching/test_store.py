@@ -14,7 +14,6 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from addon.caching import store as store_module
 from addon.caching.channels import CHANNEL_BY_NAME
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.plan import Approximation, ChannelPlan
@@ -192,14 +191,15 @@ def test_a_full_disk_leaves_the_old_state(
     assert not leftovers(cache.folder)
 
 
-def test_a_device_that_is_full(cache: CacheStore, tmp_path: Path) -> None:
+def test_a_full_disk_while_pixels_are_written(cache: CacheStore) -> None:
     """OpenEXR says only that it could not write; the message still names the disk."""
-    if not Path("/dev/full").exists():
-        pytest.fail("this system has no /dev/full to test a full disk with")
-    (tmp_path / "full.exr").symlink_to("/dev/full")
-    with pytest.raises(OSError) as caught:  # noqa: PT011 - the errno is what matters
-        store_module._write_parts(tmp_path / "full.exr", framebuffer(7).channels)
-    assert caught.value.errno == errno.ENOSPC
+    path = cache.camera_path(3)
+    # What is written to the temporary name goes to a device that is always full.
+    path.with_name(f".{path.name}.{os.getpid()}.part").symlink_to("/dev/full")
+    with pytest.raises(InputError, match=r"0003\.exr cannot be written: the disk is full"):
+        cache.write_camera(framebuffer(3))
+    assert not path.exists()
+    assert not leftovers(cache.folder)
 
 
 def test_a_folder_that_is_a_file(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.frame_across import frame_across
 from ..scene.light import Light
 
 # The real root of x^4 = x + 1: the generalized golden ratio for three dimensions. Three for
@@ -103,10 +104,7 @@ def _in_cone(
     """Even over the directions within angle / 2 of the axis; `turn` -1 mirrors."""
     one_minus_cos = 2.0 * np.sin(0.25 * angle) ** 2 * u[0]
     ring = turn * np.sqrt(one_minus_cos * (2.0 - one_minus_cos))
-    helper = np.eye(3)[np.argmin(np.abs(axis))]
-    side = np.cross(axis, helper)
-    side /= np.linalg.norm(side)
-    up = np.cross(side, axis)
+    right, up = frame_across(axis)
     around = 2.0 * np.pi * u[1]
-    across = np.cos(around) * side + np.sin(around) * up
+    across = np.cos(around) * right + np.sin(around) * up
     return np.asarray((1.0 - one_minus_cos) * axis + ring * across)

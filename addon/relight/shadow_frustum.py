@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.frame_across import frame_across
 from ..scene.light import Light
 from .light_sample import LightSample
 
@@ -168,7 +169,7 @@ def _basis(light: Light) -> NDArray[np.float64]:
     up = light.world_from_light[:3, 1]
     right = np.cross(up, back)
     if np.linalg.norm(right) <= np.finfo(np.float64).eps * np.linalg.norm(up):
-        right = np.cross(np.eye(3)[np.argmin(np.abs(back))], back)
+        return np.stack([*frame_across(back), back])
     right = right / np.linalg.norm(right)
     return np.stack([right, np.cross(back, right), back])
 
@@ -204,10 +205,7 @@ def _parallel(
     resolution: int,
 ) -> ShadowFrustum:
     """A sun's window: square around the receivers, deep enough for all casters."""
-    helper = np.eye(3)[np.argmin(np.abs(toward))]
-    right = np.cross(helper, toward)
-    right /= np.linalg.norm(right)
-    rotation = np.stack([right, np.cross(toward, right), toward])
+    rotation = np.stack([*frame_across(toward), toward])
     # Relative to the casters' own centre, so that a scene far from the origin keeps its digits.
     middle = caster_bounds.mean(axis=0)
     casters = (_corners(caster_bounds) - middle) @ rotation.T

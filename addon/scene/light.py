@@ -14,6 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .frame_across import frame_across
+
 # Beyond this full angle receivers see a disk across the axis at less than half its width.
 WIDEST_FLAT_SPOT = float(np.radians(120.0))
 
@@ -94,10 +96,7 @@ class Light:
     @cached_property
     def disk_axes(self) -> NDArray[np.float64]:
         """(2, 3) float64 unit vectors across the light's axis."""
-        helper = np.eye(3)[np.argmin(np.abs(self.direction))]
-        right = np.cross(self.direction, helper)
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(right, self.direction)])
+        return frame_across(self.direction)
 
     @property
     def power(self) -> NDArray[np.float64]:

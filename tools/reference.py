@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from addon.progress import Progress
 from addon.scene.view_reader import read_view
+from addon.stopping import uninterrupted
 
 from . import metrics
 from .comparison import DEPTH_CHANNEL, OBJECT_CHANNEL, PERSPECTIVE_HEADER, PIXEL_HEADER
@@ -250,7 +251,8 @@ def _render(scene: Any, path: Path, samples: int, seed: int) -> PictureFile:
     settings.media_type = "MULTI_LAYER_IMAGE"
     settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
     scene.render.filepath, scene.render.use_file_extension = str(path), False
-    bpy.ops.render.render(write_still=True, layer=scene.view_layers[0].name)
+    with uninterrupted():
+        bpy.ops.render.render(write_still=True, layer=scene.view_layers[0].name)
     return read_picture(path)
 
 

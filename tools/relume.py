@@ -15,6 +15,7 @@ from collections.abc import Sequence
 
 from addon.errors import InputError
 from addon.progress import Cancelled
+from addon.stopping import stop_signals, stoppable
 
 from .output import progress_on, standard_output, to_json
 from .verbs import VERBS
@@ -49,9 +50,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         args = parser().parse_args(argv)
     except SystemExit as leave:  # argparse: 0 after --help, 2 after a wrong argument
         return int(leave.code or 0)
-    with standard_output() as out:
+    with stop_signals(), standard_output() as out:
         try:
-            result = args.module.run(args, progress_on(sys.stderr))
+            result = args.module.run(args, stoppable(progress_on(sys.stderr)))
             for warning in result.get("warnings", ()):
                 print(f"note: {warning}", file=sys.stderr, flush=True)
             text = to_json(result) if args.json else args.module.describe(result)

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
+from ..stopping import uninterrupted
 from .channels import CHANNEL_BY_NAME
 from .specialize import AOV_PREFIX
 
@@ -76,7 +77,8 @@ class Stage:
         render.resolution_x = render.resolution_y = camera.resolution
         self._path.unlink(missing_ok=True)
         try:
-            bpy.ops.render.render(scene=self._scene.name, write_still=True)
+            with uninterrupted():
+                bpy.ops.render.render(scene=self._scene.name, write_still=True)
         except RuntimeError as error:
             raise _not_rendered(camera, f"{error}".strip()) from error
         if not self._path.is_file():
@@ -141,12 +143,13 @@ def staged(scene: Any, channels: Sequence[str], has_normal: bool) -> Iterator[St
             _set_up_layer(stage, channels, has_normal)
             yield Stage(stage, camera, path, channels, has_normal)
     finally:
-        # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of the
-        # removed scene with it, and crash on a later look at that.
-        stage.render.use_persistent_data = False
-        bpy.data.scenes.remove(stage)
-        bpy.data.objects.remove(camera)
-        bpy.data.cameras.remove(data)
+        with uninterrupted():
+            # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of
+            # the removed scene with it, and crash on a later look at that.
+            stage.render.use_persistent_data = False
+            bpy.data.scenes.remove(stage)
+            bpy.data.objects.remove(camera)
+            bpy.data.cameras.remove(data)
 
 
 @contextmanager

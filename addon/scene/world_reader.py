@@ -12,6 +12,7 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..stopping import uninterrupted
 from .node_reader import constant_color, constant_value, output_source
 from .world import World
 
@@ -85,7 +86,8 @@ def render_world(scene: Any, height: int = PICTURE_HEIGHT) -> NDArray[np.float32
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "world.exr"
             stage.render.filepath = str(path)
-            bpy.ops.render.render(scene=stage.name, write_still=True)
+            with uninterrupted():
+                bpy.ops.render.render(scene=stage.name, write_still=True)
             picture = bpy.data.images.load(str(path))
             pixels = np.empty(height * 2 * height * 4, dtype=np.float32)
             picture.pixels.foreach_get(pixels)

@@ -36,7 +36,7 @@ class Channel:
         components: 1 or 3.
         space: the colour or vector space of the values.
         unit: physical unit, "1" for pure numbers.
-        precision: on disk and on the GPU.
+        precision: on disk and on the GPU, where it holds the values (see `precision`).
         lobe: the lobe that reads it, or "" for those that every scene needs.
         neutral: the value that makes the channel do nothing.
         meaning: one line for the manual.

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import InitVar, dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
-from .channels import CHANNEL_BY_NAME
+from .channels import CHANNEL_BY_NAME, Precision
+from .precision import wide_channels
 
 
 @dataclass(frozen=True)
@@ -21,22 +22,32 @@ class DeepFramebuffer:
         channels: each stored channel's (R, R, components) float32; row 0 is v = 0, the
             picture's bottom, and column 0 is u = 0. Depth is 0 where nothing is hit, and
             so is everything else there.
+        wide: names of the channels that half precision is named for, but does not hold (see
+            `precision`). Looked for in the values, unless the caller knows them and says so.
     """
 
     camera: CachingCamera
     channels: dict[str, NDArray[np.float32]]
+    wide: frozenset[str] = field(init=False)
+    known_wide: InitVar[frozenset[str] | None] = None
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, known_wide: frozenset[str] | None) -> None:
         side = self.camera.resolution
         for name, values in self.channels.items():
             shape = (side, side, CHANNEL_BY_NAME[name].components)
             if values.shape != shape or values.dtype != np.float32:
                 raise ValueError(f"{name} is {values.shape} {values.dtype}, not {shape} float32")
+        wide = wide_channels(self.channels) if known_wide is None else known_wide
+        object.__setattr__(self, "wide", wide)
+
+    def precision(self, name: str) -> Precision:
+        """In which precision a channel is stored."""
+        return "float32" if name in self.wide else CHANNEL_BY_NAME[name].precision
 
     @property
     def raw_bytes(self) -> int:
-        """Bytes that its channels take uncompressed, at the channel table's precisions."""
+        """Bytes that its channels take uncompressed."""
         return sum(
-            values.size * (2 if CHANNEL_BY_NAME[name].precision == "half" else 4)
+            values.size * (2 if self.precision(name) == "half" else 4)
             for name, values in self.channels.items()
         )

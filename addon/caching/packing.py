@@ -7,7 +7,7 @@ reads exactly what was baked: channels that do not vary are constants in its tex
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .channels import CHANNEL_BY_NAME, CHANNELS, Channel
+from .channels import CHANNEL_BY_NAME, CHANNELS, Channel, Precision
 
 # Depth is tested in every search and has a texture of its own.
 _APART = "depth"
@@ -36,15 +36,17 @@ class Packing:
     Attributes:
         stored: channels that vary over the scene, depth not among them.
         constants: the value of each of the other channels, everywhere.
+        wide: channels that half precision is named for, but does not hold in this scene.
     """
 
     stored: tuple[str, ...]
     constants: Mapping[str, tuple[float, ...]]
+    wide: frozenset[str] = frozenset()
 
     @cached_property
     def textures(self) -> tuple[PackedTexture, ...]:
         """The stored components, four to a texture, half precision apart from float32."""
-        formats: dict[str, Literal["RGBA16F", "RGBA32F"]] = {
+        formats: dict[Precision, Literal["RGBA16F", "RGBA32F"]] = {
             "half": "RGBA16F",
             "float32": "RGBA32F",
         }
@@ -53,7 +55,7 @@ class Packing:
             components = [
                 (channel.name, index)
                 for channel in CHANNELS
-                if channel.name in self.stored and channel.precision == precision
+                if channel.name in self.stored and self._precision(channel) == precision
                 for index in range(channel.components)
             ]
             packed += [
@@ -61,6 +63,9 @@ class Packing:
                 for i in range(0, len(components), 4)
             ]
         return tuple(packed)
+
+    def _precision(self, channel: Channel) -> Precision:
+        return "float32" if channel.name in self.wide else channel.precision
 
     def pack(
         self, channels: Mapping[str, NDArray[np.float32]], texture: PackedTexture
@@ -119,12 +124,25 @@ def _glsl_float(value: float) -> str:
     return text if any(mark in text for mark in ".e") else f"{text}.0"
 
 
-def make_packing(stored: Sequence[str], constants: Mapping[str, tuple[float, ...]]) -> Packing:
+def make_packing(
+    stored: Sequence[str],
+    constants: Mapping[str, tuple[float, ...]],
+    wide: Iterable[frozenset[str]] = (),
+) -> Packing:
     """The packing of the channels that a plan stores.
+
+    Args:
+        stored: their names.
+        constants: the values of others.
+        wide: `DeepFramebuffer.wide` of every framebuffer that is to be packed.
 
     Raises:
         KeyError: a name that is not in the channel table.
     """
     for name in (*stored, *constants):
         CHANNEL_BY_NAME[name]
-    return Packing(tuple(name for name in stored if name != _APART), dict(constants))
+    return Packing(
+        tuple(name for name in stored if name != _APART),
+        dict(constants),
+        frozenset().union(*wide),
+    )

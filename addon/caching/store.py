@@ -235,15 +235,17 @@ class CacheStore:
         path = self.camera_path(number)
         _check(path, self.manifest.finished[number])
         parts = _read_parts(path)
-        channels = {}
+        channels, wide = {}, set()
         for name in self.plan.stored:
             components = CHANNEL_BY_NAME[name].components
             shape = (camera.resolution, camera.resolution, components)
             pixels = parts.get(name)
             if pixels is None or pixels.shape != shape:
                 raise InputError(f"{path} lacks the channel {name}; {_BAKE_AGAIN}")
-            channels[name] = pixels
-        return DeepFramebuffer(camera, channels)
+            if CHANNEL_BY_NAME[name].precision == "half" and pixels.dtype != np.float16:
+                wide.add(name)
+            channels[name] = pixels.astype(np.float32, copy=False)
+        return DeepFramebuffer(camera, channels, frozenset(wide))
 
     def read_finished(self) -> list[DeepFramebuffer]:
         """All finished deep framebuffers, in the cameras' order. Raises as read_camera()."""
@@ -262,7 +264,7 @@ class CacheStore:
             )
         path = self.folder / WORLD_NAME
         _check(path, self.manifest.world)
-        return _read_parts(path)["world"]
+        return _read_parts(path)["world"].astype(np.float32, copy=False)
 
     def write_camera(self, framebuffer: DeepFramebuffer) -> FileRecord:
         """Write one deep framebuffer; the caller records it in the manifest.
@@ -270,9 +272,8 @@ class CacheStore:
         Raises:
             InputError: the disk is full or the folder cannot be written; nothing is left.
         """
-        precisions = {name: CHANNEL_BY_NAME[name].precision for name in framebuffer.channels}
         parts = {
-            name: _half(pixels) if precisions[name] == "half" else pixels
+            name: pixels.astype(np.float16) if framebuffer.precision(name) == "half" else pixels
             for name, pixels in framebuffer.channels.items()
         }
         return self._write_exr(self.camera_path(framebuffer.camera.id), parts)
@@ -336,16 +337,6 @@ class CacheStore:
             return _file_record(temporary)
 
 
-def _half(pixels: NDArray[np.float32]) -> NDArray[np.float16]:
-    """Rounded to half precision; what is too large becomes the largest number it has."""
-    with np.errstate(over="ignore"):
-        rounded = pixels.astype(np.float16)
-    if np.isinf(rounded).any():
-        largest = np.finfo(np.float16).max
-        rounded = np.clip(rounded, -largest, largest)
-    return rounded
-
-
 def _check(path: Path, record: FileRecord) -> None:
     if not path.is_file():
         raise InputError(f"{path} is missing; {_BAKE_AGAIN}")
@@ -380,7 +371,8 @@ def _write_parts(path: Path, parts: Mapping[str, NDArray[Any]]) -> None:
     OpenEXR.File(exr_parts).write(str(path))
 
 
-def _read_parts(path: Path) -> dict[str, NDArray[np.float32]]:
+def _read_parts(path: Path) -> dict[str, NDArray[np.floating]]:
+    """The parts' (H, W, C) arrays by name, in the precision in which they are stored."""
     try:
         exr = OpenEXR.File(str(path), separate_channels=True)
         result = {}
@@ -389,7 +381,7 @@ def _read_parts(path: Path) -> dict[str, NDArray[np.float32]]:
             named = {name.rsplit(".", 1)[-1]: c.pixels for name, c in part.channels.items()}
             letters = _COMPONENTS[len(named)]
             pixels = np.stack([named[letter] for letter in letters], axis=-1)
-            result[part.name()] = np.ascontiguousarray(pixels[::-1], dtype=np.float32)
+            result[part.name()] = np.ascontiguousarray(pixels[::-1])
     except (RuntimeError, KeyError, ValueError) as error:
         raise InputError(f"{path} cannot be read as a deep framebuffer; {_BAKE_AGAIN}") from error
     return result

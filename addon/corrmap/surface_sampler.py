@@ -51,7 +51,9 @@ class SurfaceSampler:
         self._framebuffer_cameras = [framebuffer.camera for framebuffer in framebuffers]
         self._plan = plan
         self._pages: TilePages = upload_tiles(
-            framebuffers, make_packing(plan.stored, plan.constants), len(plan.material_names)
+            framebuffers,
+            make_packing(plan.stored, plan.constants, [f.wide for f in framebuffers]),
+            len(plan.material_names),
         )
         self._memory_budget = memory_budget
         self._view: View | None = None

@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 from ..caching.framebuffer import DeepFramebuffer
 from ..caching.packing import Packing
 from ..errors import InputError
-from ..glsl.shader import Samplers, Texture, max_texture_layers, texture_from_array
+from ..glsl.shader import (
+    Samplers,
+    Texture,
+    max_texture_layers,
+    max_texture_width,
+    texture_from_array,
+)
 from .tile_layout import TileLayout, lay_out_tiles
 
 
@@ -97,13 +103,20 @@ def upload_tiles(
         material_count: materials in the plan; `material_id` runs from 1 to it.
 
     Raises:
-        InputError: the tiles need more pages than the GPU's array textures have.
+        InputError: the tiles need more pages than the GPU's array textures have, or there are
+            more materials than it has texels in a row.
     """
     layout = lay_out_tiles([framebuffer.camera.resolution for framebuffer in framebuffers])
     if layout.page_count > max_texture_layers():
         raise InputError(
             f"{len(framebuffers)} caching cameras do not fit this GPU's textures; "
             "place fewer cameras or bake at a lower preset"
+        )
+    columns = material_count + 2
+    if columns > max_texture_width():
+        raise InputError(
+            f"{material_count} materials do not fit this GPU's textures; use fewer than "
+            f"{max_texture_width() - 1}"
         )
     shape = (layout.page_count, layout.page_size, layout.page_size)
     pages = np.zeros((*shape, 1), dtype=np.float32)
@@ -112,7 +125,6 @@ def upload_tiles(
             "depth"
         ]
     depth = texture_from_array(pages, "R32F")
-    columns = material_count + 2
     sums = np.zeros((len(packing.textures) or 1, columns, 4))
     counts = np.zeros(columns)
     for framebuffer in framebuffers:

@@ -203,6 +203,11 @@ def max_texture_layers() -> int:
     return int(gpu.capabilities.max_texture_layers_get())
 
 
+def max_texture_width() -> int:
+    """Texels that a texture may have along a side."""
+    return int(gpu.capabilities.max_texture_size_get())
+
+
 def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:
     """A framebuffer over the given textures."""
     return gpu.types.GPUFrameBuffer(color_slots=tuple(color), depth_slot=depth)

@@ -47,3 +47,16 @@ def test_constants_are_written_into_the_shader() -> None:
 def test_unknown_channels_are_refused() -> None:
     with pytest.raises(KeyError, match="sparkle"):
         make_packing(("sparkle",), {})
+
+
+def test_wide_channels_lie_in_float32_textures() -> None:
+    wide = [frozenset[str](), frozenset({"diffuse_color"})]
+    packing = make_packing(("depth", "normal", "diffuse_color", "roughness"), {}, wide)
+    formats = {
+        name: texture.texture_format
+        for texture in packing.textures
+        for name, _ in texture.components
+    }
+    assert formats == {"normal": "RGBA16F", "roughness": "RGBA16F", "diffuse_color": "RGBA32F"}
+    # The shader reads them from where they lie now.
+    assert "s.diffuse_color = vec3(texels[1].x, texels[1].y, texels[1].z);" in packing.glsl()

@@ -81,6 +81,26 @@ def test_round_trip(cache: CacheStore) -> None:
             assert np.allclose(read.channels[name], pixels, rtol=HALF, atol=0.0), name
 
 
+def test_extremes_are_stored_as_they_are(cache: CacheStore) -> None:
+    """In float32, of the one channel and the one camera that need it."""
+    written = framebuffer(3)
+    written.channels["diffuse_color"][:8] = 1e9
+    written.channels["diffuse_color"][8:] = 1e-9
+    written = DeepFramebuffer(written.camera, written.channels)
+    cache.add_camera(written)
+    read = cache.read_camera(3)
+    np.testing.assert_array_equal(read.channels["diffuse_color"], written.channels["diffuse_color"])
+    assert read.wide == {"diffuse_color"}
+    assert cache.read_camera(7).wide == frozenset()
+    exr = OpenEXR.File(str(cache.camera_path(3)), separate_channels=True)
+    types = {p.name(): next(iter(p.channels.values())).pixels.dtype for p in exr.parts}
+    assert types == {
+        "depth": np.float32, "material_id": np.float16, "normal": np.float16,
+        "diffuse_color": np.float32,
+    }  # fmt: skip
+    assert read.raw_bytes == 16 * 16 * (4 + 2 + 3 * 2 + 3 * 4)
+
+
 def test_a_part_for_each_channel_top_row_first(cache: CacheStore) -> None:
     """So that other programs show the files the right way up."""
     exr = OpenEXR.File(str(cache.camera_path(7)), separate_channels=True)

@@ -13,5 +13,10 @@ class Cancelled(Exception):
     """The caller asked to stop; what was finished is kept, the rest is undone."""
 
 
+def part_of(progress: Progress, start: float, end: float) -> Progress:
+    """A Progress for a step that is the share from `start` to `end` of the whole."""
+    return lambda fraction, message: progress(start + (end - start) * fraction, message)
+
+
 def silent(fraction: float, message: str) -> None:
     """A Progress that says nothing."""

@@ -35,6 +35,7 @@ def main(argv: Sequence[str]) -> int:
 
     from addon import batch
     from addon.errors import InputError
+    from addon.stopping import stop_signals
 
     if not bpy.app.binary_path:
         if not arguments or arguments[0].startswith("-"):
@@ -43,10 +44,14 @@ def main(argv: Sequence[str]) -> int:
         from tools.scene_file import open_scene
 
         try:
-            open_scene(Path(arguments.pop(0)))
+            with stop_signals():
+                open_scene(Path(arguments.pop(0)))
         except InputError as error:
             sys.stderr.write(f"relume: {error}\n")
             return 2
+        except KeyboardInterrupt:
+            sys.stderr.write("relume: stopped\n")
+            return 1
     return batch.main(arguments)
 
 

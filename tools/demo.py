@@ -17,9 +17,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addon.errors import InputError
-from addon.progress import Progress
+from addon.progress import Progress, part_of
+from addon.stopping import stop_signals, stoppable
 
-from .output import part_of, progress_on, standard_output, to_json
+from .output import progress_on, standard_output, to_json
 
 if TYPE_CHECKING:
     from addon.camplace.placement import Placement
@@ -59,10 +60,10 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
     Raises:
         InputError: the folder cannot be written.
     """
+    from addon.baking import Baking
     from addon.caching.bake import BakeSettings
 
     from . import demo_scene, reference
-    from .baking import Baking
     from .relit import read_scene, read_views
     from .scene_file import open_scene
 
@@ -244,16 +245,19 @@ def describe(out: Path, report: dict[str, Any]) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Exit status 0, 1 when a target is missed, 2 when the folder cannot be used."""
+    """Exit status 0, 1 when a target is missed or it is stopped, 2 for an unusable folder."""
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/demo"), metavar="DIR")
     args = parser.parse_args(argv)
-    with standard_output() as printed:
+    with stop_signals(), standard_output() as printed:
         try:
-            report = run(args.out, progress_on(sys.stderr))
+            report = run(args.out, stoppable(progress_on(sys.stderr)))
         except (InputError, OSError) as error:
             print(f"demo: {error}", file=sys.stderr)
             return 2
+        except KeyboardInterrupt:
+            print("demo: stopped", file=sys.stderr)
+            return 1
         printed.write(describe(args.out, report) + "\n")
     return 1 if report["missed"] else 0
 

@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.progress import Progress
+from addon.progress import Progress, part_of
 from addon.scene.view import View
 
 from .comparison import compare_pictures
 from .contact_sheet import Cell, Row
 from .display import correspondence_colors, write_display_png
-from .output import part_of
 from .picture_file import read_picture, write_exr, write_png
 from .reference import Reference, render_reference
 

@@ -75,8 +75,3 @@ def progress_on(stream: TextIO) -> Progress:
         stream.flush()
 
     return show
-
-
-def part_of(progress: Progress, start: float, end: float) -> Progress:
-    """A Progress for a step that is the share from `start` to `end` of the whole."""
-    return lambda fraction, message: progress(start + (end - start) * fraction, message)

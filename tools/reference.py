@@ -22,13 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.progress import Progress
+from addon.progress import Progress, part_of
 from addon.scene.view_reader import read_view
 from addon.stopping import uninterrupted
 
 from . import metrics
 from .comparison import DEPTH_CHANNEL, OBJECT_CHANNEL, PERSPECTIVE_HEADER, PIXEL_HEADER
-from .output import part_of
 from .picture_file import PictureFile, read_picture, write_exr
 
 # Far beyond any number of overlapping cut-outs; Cycles' own default is 8.

@@ -115,7 +115,7 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
     from addon.caching.store import CacheStore
     from addon.relight.session import RelightSession
 
-    from .baking import check_cache
+    from .cache_check import check_cache
 
     check_cache(arrays.geometry, cache)
     gpu.init()

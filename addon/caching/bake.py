@@ -19,13 +19,14 @@ from ..scene.geometry import SceneGeometry
 from ..scene.geometry_reader import NO_MATERIAL
 from ..scene.world_reader import read_world, render_world
 from .aov_render import PASS_NORMAL, Stage, far_is_nothing, staged, without_new_pictures
-from .bake_settings import PRESETS, BakeSettings, Preset, prepare_store
+from .bake_settings import BakeSettings, prepare_store
 from .channels import CHANNELS
 from .fingerprint import scene_fingerprint, world_fingerprint
 from .framebuffer import DeepFramebuffer
 from .linked_surfaces import local_stand_ins
 from .occlusion_filter import smooth_occlusion
 from .plan import ChannelPlan
+from .presets import PRESETS, Preset
 from .specialize import SpecializedMaterial, specialized
 from .specialize_closures import DEFAULT_SURFACE
 from .specialize_expression import Constant
@@ -83,13 +84,14 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
     """
     settings = settings or BakeSettings()
     started = time.monotonic()
-    max_resolution, rays = PRESETS[settings.preset]
-    fitted = tuple(replace(c, resolution=min(c.resolution, max_resolution)) for c in cameras)
+    fineness = PRESETS[settings.preset]
+    largest = fineness.max_resolution
+    fitted = tuple(replace(c, resolution=min(c.resolution, largest)) for c in cameras)
     _check_ids(settings.only, fitted)
     progress(0.0, "Reading the scene")
     world = _world(scene)
     fingerprint = scene_fingerprint(geometry)
-    ambient_rays = rays if world is not None else 0
+    ambient_rays = fineness.occlusion_rays if world is not None else 0
     with (
         without_new_pictures(),
         local_stand_ins(),

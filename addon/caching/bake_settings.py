@@ -5,20 +5,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
 
 from ..errors import InputError
+from .presets import DEFAULT_PRESET, Preset
 from .store import MANIFEST_NAME, CacheStore, Manifest
-
-Preset = Literal["draft", "balanced", "final"]
-
-# Preset -> highest resolution tier, rays of ambient occlusion. The rays of some 260 texels come
-# together in `occlusion_filter`, so that four already leave a standard error below 0.02.
-PRESETS: dict[Preset, tuple[int, int]] = {
-    "draft": (512, 4),
-    "balanced": (1024, 4),
-    "final": (2048, 8),
-}
 
 
 @dataclass(frozen=True)
@@ -32,7 +22,7 @@ class BakeSettings:
         overwrite: take the place of a cache of another scene.
     """
 
-    preset: Preset = "balanced"
+    preset: Preset = DEFAULT_PRESET
     only: frozenset[int] | None = None
     resume: bool = False
     overwrite: bool = False
@@ -51,11 +41,9 @@ def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> C
     """
     folder = Path(folder)
     with CacheStore.exclusive(folder):
-        earlier = _earlier(folder, settings.overwrite)
+        earlier = earlier_cache(folder, manifest.fingerprint, settings)
         if earlier is None:
             return CacheStore.create(folder, manifest)
-        if not settings.overwrite:
-            earlier.check_fingerprint(manifest.fingerprint)
         if earlier.manifest.continues(manifest):
             earlier.sweep()
             return earlier
@@ -64,15 +52,29 @@ def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> C
         raise InputError(_difference(folder, earlier.manifest, manifest))
 
 
-def _earlier(folder: Path, overwrite: bool) -> CacheStore | None:
+def earlier_cache(folder: Path, fingerprint: str, settings: BakeSettings) -> CacheStore | None:
+    """The scene's own cache in this folder; None for none, or for one that is to be replaced.
+
+    Raises:
+        InputError: a cache of another scene, another version or a damaged one is there, and it
+            is not to be overwritten.
+    """
     if not (folder / MANIFEST_NAME).exists():
         return None
     try:
-        return CacheStore.open(folder)
-    except InputError:
-        if overwrite:
+        store = CacheStore.open(folder)
+    except InputError as error:
+        if settings.overwrite:
             return None
-        raise
+        raise InputError(f"{error} (--overwrite replaces it)") from error
+    if store.manifest.fingerprint == fingerprint:
+        return store
+    if settings.overwrite:
+        return None
+    raise InputError(
+        f"{folder} is the cache of another scene, or of this one before its objects or materials "
+        "changed; bake with --overwrite to replace it, or choose another folder"
+    )
 
 
 def _difference(folder: Path, earlier: Manifest, wanted: Manifest) -> str:

@@ -5,11 +5,10 @@ from __future__ import annotations
 
 import bpy
 
-PRESETS = (
-    ("draft", "Draft", "Small pictures: quick to bake, soft where the view is close"),
-    ("balanced", "Balanced", "For lighting work"),
-    ("final", "Final", "Large pictures: slow to bake, sharp in close views"),
-)
+from ..caching.presets import DEFAULT_PRESET, PRESETS
+
+# Blender keeps no strings of its own for an enumeration's items: they must outlive it here.
+_PRESET_ITEMS = tuple((name, name.capitalize(), fine.note) for name, fine in PRESETS.items())
 
 
 class RELUME_PG_settings(bpy.types.PropertyGroup):
@@ -26,8 +25,8 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
         "preset": bpy.props.EnumProperty(
             name="Preset",
             description="How large the caching cameras' pictures may be",
-            items=PRESETS,
-            default="balanced",
+            items=_PRESET_ITEMS,
+            default=DEFAULT_PRESET,
         ),
         "primaries": bpy.props.IntProperty(
             name="Primary Cameras",

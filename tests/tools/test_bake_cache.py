@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -93,3 +95,40 @@ def test_unknown_camera_ids(shot: tuple[Path, Path], tmp_path: Path) -> None:
     assert run.returncode == 2
     assert "there is no caching camera 2" in run.stderr
     assert "error" in events(run)[-1]
+
+
+def test_a_range_of_far_too_many_cameras(tmp_path: Path, shot: tuple[Path, Path]) -> None:
+    run = bake_cache(shot[0], "--cache", tmp_path / "c", "--cameras", "0-99999999999")
+    assert run.returncode == 2
+    assert "99,999" in run.stderr
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_stopped_bake_keeps_what_is_finished_and_leaves_no_temporary_files(
+    shot: tuple[Path, Path], tmp_path: Path, number: signal.Signals
+) -> None:
+    # Many of them, so that the signal comes while one is rendered.
+    cameras = tuple(camera_above((0, 0, 0), 3.0, number=number) for number in range(500))
+    placement = tmp_path / "cameras.json"
+    placement.write_text(json.dumps(to_json(cameras)))
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    words = ("--cache", tmp_path / "c", "--placement", placement, "--preset", "draft")
+    process = subprocess.Popen(
+        [sys.executable, ROOT / "tools" / "bake_cache.py", shot[0], *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"TMPDIR": str(temporary)},
+    )
+    assert process.stdout is not None
+    assert any("Baking camera 3 of" in line for line in process.stdout)
+    process.send_signal(number)
+    told, errors = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert json.loads(told.splitlines()[-1]) == {"error": "stopped"}
+    assert errors.splitlines()[-1] == "relume: stopped"
+    assert "Traceback" not in errors
+    assert 2 <= len(CacheStore.open(tmp_path / "c").read_finished()) < len(cameras)
+    assert not list(temporary.iterdir())
+    assert not list((tmp_path / "c").rglob("*.part"))

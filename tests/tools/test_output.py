@@ -10,7 +10,8 @@ import os
 
 import pytest
 
-from tools.output import part_of, progress_on, standard_output, to_json
+from addon.progress import part_of
+from tools.output import progress_on, standard_output, to_json
 
 
 def test_only_the_result_reaches_standard_output(capfd: pytest.CaptureFixture[str]) -> None:

@@ -15,28 +15,11 @@ from addon.camplace.settings import PlacementSettings
 RELIGHT_SAMPLES = 16
 # Blender's MAXFRAME; its own first frame is the negative of it.
 LAST_FRAME = 1_048_574
-# Far more caching cameras than a cache can have.
-LAST_CAMERA = 99_999
-# As in addon/caching/bake.py, which imports bpy; a test compares them.
-PRESETS = ("draft", "balanced", "final")
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:
     """The .blend file."""
     parser.add_argument("scene", type=Path, metavar="SCENE.blend")
-
-
-def add_cache(parser: argparse.ArgumentParser) -> None:
-    """The cache folder."""
-    parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
-
-
-def add_preset(parser: argparse.ArgumentParser, default: str | None = "balanced") -> None:
-    """How fine a bake is; a default of None means as the cache was begun."""
-    note = default or "as the cache was begun, else balanced"
-    parser.add_argument(
-        "--preset", choices=PRESETS, default=default, help=f"how fine (default: {note})"
-    )
 
 
 def add_view(parser: argparse.ArgumentParser) -> None:
@@ -116,25 +99,6 @@ def frame(text: str) -> int:
     if abs(number) > LAST_FRAME:
         raise argparse.ArgumentTypeError(f"there are frames to {LAST_FRAME:,} only, not {text}")
     return number
-
-
-def numbers(text: str) -> tuple[int, ...]:
-    """Numbers and ranges, such as 0-7,12."""
-    found: list[int] = []
-    try:
-        for part in text.split(","):
-            first, _, last = part.partition("-")
-            ends = int(first), int(last or first)
-            if max(ends) > LAST_CAMERA:
-                raise argparse.ArgumentTypeError(
-                    f"no cache has a camera of a number above {LAST_CAMERA:,}: '{text}'"
-                )
-            found.extend(range(ends[0], ends[1] + 1))
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{text}' is not like 0-7 or 0,3,5-8") from None
-    if not found:
-        raise argparse.ArgumentTypeError(f"'{text}' names no camera")
-    return tuple(found)
 
 
 def names(text: str) -> tuple[str, ...]:

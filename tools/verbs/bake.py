@@ -4,12 +4,11 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
-from addon.progress import Progress
+from addon.bake_arguments import add_bake_arguments
+from addon.progress import Progress, part_of
 
-from ..output import part_of
 from . import arguments
 
 NAME = "bake"
@@ -19,45 +18,24 @@ HELP = "Bake SCENE.blend into a cache folder, placing the caching cameras first 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     arguments.add_scene(parser)
-    arguments.add_cache(parser)
-    arguments.add_preset(parser)
-    parser.add_argument(
-        "--placement", type=Path, metavar="CAMERAS.json",
-        help="cameras that `relume place --out` wrote (default: the cache's, or placed now)",
-    )  # fmt: skip
-    parser.add_argument(
-        "--cameras", type=arguments.numbers, metavar="0-7", help="bake these alone (default: all)"
-    )
-    parser.add_argument(
-        "--resume", action="store_true", help="keep what an earlier bake has finished"
-    )
-    parser.add_argument(
-        "--overwrite", action="store_true", help="replace another scene's cache in the folder"
-    )
+    add_bake_arguments(parser)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Bake."""
+    from addon.baking import Baking
     from addon.caching.bake import BakeSettings
     from addon.camplace.cameras_file import read_cameras
 
-    from ..baking import Baking, cached_cameras
     from ..relit import read_scene
     from ..scene_file import open_scene
 
     cameras = read_cameras(args.placement) if args.placement is not None else ()
-    if not cameras and (args.resume or args.cameras is not None):
-        cameras = cached_cameras(args.cache)
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     progress(0.02, "reading the scene")
     arrays = read_scene(scene)
-    settings = BakeSettings(
-        preset=args.preset,
-        only=None if args.cameras is None else frozenset(args.cameras),
-        resume=args.resume,
-        overwrite=args.overwrite,
-    )
+    settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite)
     step = part_of(progress, 0.05, 1.0)
     report = Baking(scene, arrays.geometry, args.cache, settings).run(cameras, step)
     warnings = [*arrays.warnings, *report.approximations]

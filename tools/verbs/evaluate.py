@@ -7,9 +7,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from addon.progress import Progress
+from addon.bake_arguments import add_preset
+from addon.progress import Progress, part_of
 
-from ..output import part_of, to_json
+from ..output import to_json
 from ..unique_names import folder_names
 from . import arguments
 
@@ -41,16 +42,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "while the reference's noise is too high for the error, "
         f"at most to {2**DOUBLINGS} times as many",
     )  # fmt: skip
-    arguments.add_preset(parser, None)
+    add_preset(parser, None)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Relight, render, measure and write the report."""
+    from addon.baking import Baking
     from addon.caching.bake import BakeSettings
+    from addon.caching.presets import DEFAULT_PRESET
     from addon.relight.edits import applied_edits, read_edits
 
     from .. import evaluation, reference
-    from ..baking import Baking, cached_cameras, cached_preset
+    from ..cache_check import cached_preset
     from ..contact_sheet import write_sheet
     from ..relit import camera_names, open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
@@ -66,10 +69,10 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         arrays = read_scene(scene)
         shown = read_views(scene, names, args.size)
     require_light(scene, arrays)
-    preset = args.preset or cached_preset(cache) or "balanced"
+    preset = args.preset or cached_preset(cache) or DEFAULT_PRESET
     settings = BakeSettings(preset=preset, resume=True)
     baking = Baking(scene, arrays.geometry, cache, settings)
-    baked = baking.run(cached_cameras(cache), part_of(progress, 0.02, 0.4))
+    baked = baking.run((), part_of(progress, 0.02, 0.4))
     folders = folder_names([view.name for view in shown], taken=("cache",))
     with applied_edits(scene, edits):
         session = open_session(arrays, cache, args.samples)

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from addon.progress import Progress
+from addon.progress import Progress, part_of
 
-from ..output import part_of
 from . import arguments
 
 NAME = "place"

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from addon.bake_arguments import add_cache
 from addon.errors import InputError
-from addon.progress import Progress
+from addon.progress import Progress, part_of
 
-from ..output import part_of
 from ..unique_names import unique_names
 from . import arguments
 
@@ -24,7 +24,7 @@ HELP = "Relight a camera's view of SCENE.blend from its cache, and write it as P
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The verb's arguments."""
     arguments.add_scene(parser)
-    arguments.add_cache(parser)
+    add_cache(parser)
     parser.add_argument(
         "--out", type=Path, metavar="IMAGE", required=True,
         help=".exr: scene-linear, with a layer for each light; .png: through Blender's view",

@@ -1,0 +1,67 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The arguments of a bake, the same for every way to start one."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .caching.presets import DEFAULT_PRESET, PRESETS, Preset
+
+# Far more caching cameras than a cache can have.
+LAST_CAMERA = 99_999
+
+
+def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
+    """Where to, how fine, and which cameras."""
+    add_cache(parser)
+    add_preset(parser, DEFAULT_PRESET)
+    parser.add_argument(
+        "--placement", type=Path, metavar="CAMERAS.json",
+        help="cameras that `relume place --out` wrote (default: the cache's, or placed now)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--cameras", type=camera_numbers, metavar="0-7", help="bake these alone (default: all)"
+    )
+    parser.add_argument(
+        "--resume", action="store_true", help="keep what an earlier bake has finished"
+    )
+    parser.add_argument(
+        "--overwrite", action="store_true", help="replace another scene's cache in the folder"
+    )
+
+
+def add_cache(parser: argparse.ArgumentParser) -> None:
+    """The cache folder."""
+    parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
+
+
+def add_preset(parser: argparse.ArgumentParser, default: Preset | None) -> None:
+    """How fine a bake is; a default of None means as the cache was begun."""
+    note = default or f"as the cache was begun, else {DEFAULT_PRESET}"
+    parser.add_argument(
+        "--preset", choices=tuple(PRESETS), default=default, help=f"how fine (default: {note})"
+    )
+
+
+def camera_numbers(text: str) -> frozenset[int]:
+    """Numbers and ranges, such as 0-7,12.
+
+    Raises:
+        argparse.ArgumentTypeError: it is anything else, or names no camera that can be.
+    """
+    found: set[int] = set()
+    try:
+        for part in text.split(","):
+            first, _, last = part.partition("-")
+            ends = int(first), int(last or first)
+            if max(ends) > LAST_CAMERA:
+                raise argparse.ArgumentTypeError(
+                    f"no cache has a camera of a number above {LAST_CAMERA:,}: '{text}'"
+                )
+            found.update(range(ends[0], ends[1] + 1))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is not like 0-7 or 0,3,5-8") from None
+    if not found:
+        raise argparse.ArgumentTypeError(f"'{text}' names no camera")
+    return frozenset(found)

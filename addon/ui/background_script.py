@@ -15,8 +15,10 @@ import importlib
 import importlib.util
 import json
 import os
+import signal
 import sys
 import threading
+import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -26,18 +28,23 @@ PACKAGE = "relume_background"
 # Verb -> the module whose main(arguments) does it and returns the exit status.
 MODULES = {"place": ".ui.background_place", "bake": ".batch"}
 
+# A process whose owner is gone may take so long to end in order, in seconds.
+GRACE_S = 60.0
+
 
 def end_with_parent() -> None:
     """End this process when the other end of its standard input is closed.
 
-    Caches are written to temporary names and renamed, so that ending at once leaves nothing
-    half-written under a final name.
+    In order if it can, and at once after a while: caches are written to temporary names and
+    renamed, so that even then nothing half-written is left under a final name.
     """
 
     def watch() -> None:
         # Not through sys.stdin: its lock, held here, would break the interpreter's own end.
         while os.read(0, 4096):
             pass
+        os.kill(os.getpid(), signal.SIGTERM)
+        time.sleep(GRACE_S)
         os._exit(1)
 
     threading.Thread(target=watch, daemon=True).start()

@@ -8,6 +8,7 @@ and a child process works on the copy.
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sys
 import tempfile
@@ -21,6 +22,10 @@ from ..errors import InputError
 from .background_process import BackgroundProcess
 
 SCRIPT = Path(__file__).with_name("background_script.py")
+
+# The variables that name the folder for temporary files, to Python and to Blender. The child's is
+# in the job's own folder, so that what a killed child leaves there goes with the job.
+_TEMPORARY = ("TMPDIR", "TEMP", "TMP")
 
 # A verb of background_script and its arguments.
 Step = tuple[str, Sequence[str]]
@@ -53,7 +58,10 @@ class Job:
         self._folder = Path(tempfile.mkdtemp(prefix="relume-"))
         try:
             blend = save_copy(self._folder)
-            self._process = BackgroundProcess(command(blend, steps))
+            temporary = self._folder / "temporary"
+            temporary.mkdir()
+            environment = os.environ | dict.fromkeys(_TEMPORARY, str(temporary))
+            self._process = BackgroundProcess(command(blend, steps), environment)
         except BaseException:
             shutil.rmtree(self._folder, ignore_errors=True)
             raise

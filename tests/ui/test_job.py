@@ -108,6 +108,22 @@ def test_stopping_leaves_nothing_half_written(
     assert [path.name for path in tmp_path.rglob("*.part")] == [".0002.exr.1.part"]
 
 
+def test_temporary_files_of_a_killed_child_go_with_the_job(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    leave = f'mkdir "$TMPDIR/blender_x"; echo "$TMPDIR" > "{tmp_path}/where"; exec sleep 60'
+    monkeypatch.setattr(job, "command", lambda *_: ["sh", "-c", leave])
+    started = job.start("Baking", bpy.context.scene, tmp_path, [])
+    where, end = tmp_path / "where", time.monotonic() + 20.0
+    while not (where.exists() and where.read_text()):
+        assert time.monotonic() < end
+        time.sleep(0.01)
+    folder = Path(where.read_text().strip())
+    assert folder.is_dir()
+    started.stop()
+    assert not folder.parent.exists()
+
+
 def test_a_failure_is_told_in_the_childs_own_words(
     extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

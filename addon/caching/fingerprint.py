@@ -16,7 +16,10 @@ import bpy
 import numpy as np
 
 from ..scene.geometry import SceneGeometry
-from .fingerprint_nodes import tree_lines
+from ..scene.tree_lines_reader import tree_lines
+from ..scene.world_reader import world_fingerprint
+
+__all__ = ["scene_fingerprint", "world_fingerprint"]
 
 # Attribute type -> property of its elements, numbers in each, and their type.
 _ELEMENTS: dict[str, tuple[str, int, type[np.generic]]] = {
@@ -55,18 +58,6 @@ def scene_fingerprint(geometry: SceneGeometry) -> str:
         if material is not None:
             for line in _material_lines(material):
                 digest.update(line.encode())
-    return digest.hexdigest()
-
-
-def world_fingerprint(scene: Any) -> str:
-    """64 hexadecimal digits for the world of a `bpy.types.Scene`; "" when it has none."""
-    world = scene.world
-    if world is None:
-        return ""
-    digest = hashlib.sha256(repr(tuple(world.color)).encode())
-    if world.node_tree is not None:
-        for line in tree_lines(world.node_tree):
-            digest.update(line.encode())
     return digest.hexdigest()
 
 

@@ -206,13 +206,6 @@ class CacheStore:
                 "or materials changed; bake it again or choose another folder"
             )
 
-    def check_world(self, fingerprint: str) -> None:
-        """Raises InputError when the world's picture shows another world than this."""
-        if self.manifest.world is not None and self.manifest.world_fingerprint != fingerprint:
-            raise InputError(
-                f"the world changed after {self.folder} was baked; bake it again with --resume"
-            )
-
     def camera_path(self, number: int) -> Path:
         """The file of a camera."""
         return self.folder / "cameras" / f"{number:04d}.exr"
@@ -251,16 +244,20 @@ class CacheStore:
         """All finished deep framebuffers, in the cameras' order. Raises as read_camera()."""
         return [self.read_camera(camera.id) for camera in self.cameras]
 
-    def read_world(self) -> NDArray[np.float32]:
-        """The world's picture, (H, W, 3) float32, row 0 straight down.
+    def read_world(self, fingerprint: str) -> NDArray[np.float32]:
+        """The picture of the world with this fingerprint, (H, W, 3) float32, row 0 straight down.
 
         Raises:
-            InputError: the cache has none, or it is damaged.
+            InputError: the cache has none, or one of another world, or it is damaged.
         """
         if self.manifest.world is None:
             raise InputError(
                 f"{self.folder} has no picture of the world, which varies with direction; "
                 f"{_BAKE_AGAIN}"
+            )
+        if self.manifest.world_fingerprint != fingerprint:
+            raise InputError(
+                f"the world changed after {self.folder} was baked; bake it again with --resume"
             )
         path = self.folder / WORLD_NAME
         _check(path, self.manifest.world)

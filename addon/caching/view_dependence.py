@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import Any
 
-from .node_use import used_nodes
+from ..scene.node_use import used_nodes
 
 # Node type -> outputs that depend on the view; None for all of them. A Light Path node's other
 # outputs tell the kinds of ray apart: caching cameras and the view's camera agree on those.

@@ -165,10 +165,11 @@ class RelightSession:
         """The world was edited; None for a black one.
 
         Raises:
-            InputError: it varies with direction, and the cache has no picture of it.
+            InputError: it varies with direction, and the cache has no picture of it, or one of
+                another world.
         """
         if world is not None and world.needs_baking:
-            world = replace(world, equirect=self._store.read_world())
+            world = replace(world, equirect=self._store.read_world(world.fingerprint))
         lit = world is not None and (world.equirect is not None or np.any(world.radiance))
         self._world = world
         self._world_textures = WorldTextures.upload(world) if world is not None and lit else None

@@ -21,6 +21,7 @@ class World:
             or when it varies and no one has baked it yet.
         camera_visible, diffuse_visible, glossy_visible: the world's ray visibility.
         film_transparent: the render's film lets the background through.
+        fingerprint: of one that varies: what the baked picture of it must have been made from.
         warnings: one sentence for each thing that is not modelled.
     """
 
@@ -30,6 +31,7 @@ class World:
     diffuse_visible: bool = True
     glossy_visible: bool = True
     film_transparent: bool = False
+    fingerprint: str = ""
     warnings: tuple[str, ...] = ()
 
     @property

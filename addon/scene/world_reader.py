@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -14,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..stopping import uninterrupted
 from .node_reader import constant_color, constant_value, output_source
+from .tree_lines_reader import tree_lines
 from .world import World
 
 # Rows of a world's picture. 512 rows are a third of a degree each, finer than a pixel of most
@@ -52,10 +54,23 @@ def read_world(depsgraph: Any) -> World | None:
             return _constant(result, color * strength)
     return replace(
         result,
+        fingerprint=world_fingerprint(depsgraph.scene),
         warnings=(
             f"world '{world.original.name}': what is small and bright in it casts no shadow",
         ),
     )
+
+
+def world_fingerprint(scene: Any) -> str:
+    """64 hexadecimal digits for the world of a `bpy.types.Scene`; "" when it has none."""
+    world = scene.world
+    if world is None:
+        return ""
+    digest = hashlib.sha256(repr(tuple(world.color)).encode())
+    if world.node_tree is not None:
+        for line in tree_lines(world.node_tree):
+            digest.update(line.encode())
+    return digest.hexdigest()
 
 
 def _constant(world: World, radiance: NDArray[np.float64]) -> World | None:

@@ -34,14 +34,20 @@ class CacheState:
 
 
 _last: tuple[tuple[Path, int, bool], CacheState] | None = None
-# Whether the scene still was what a cache was baked from, when a picture was last drawn.
-_stale: dict[tuple[Path, int], bool] = {}
+# What of the scene no longer was what a cache was baked from, when a picture was last drawn.
+_stale: dict[tuple[Path, int], tuple[str, ...]] = {}
 
 
-def note_staleness(folder: Path, stamp: int, is_stale: bool) -> None:
-    """Comparing a scene with its cache takes too long for a panel: who does, says so here."""
+def note_staleness(folder: Path, stamp: int, sentences: tuple[str, ...]) -> None:
+    """Comparing a scene with its cache takes too long for a panel: who does, says so here.
+
+    Args:
+        folder: the cache's.
+        stamp: its `cache_stamp`.
+        sentences: what of the scene is no longer as it was baked.
+    """
     _stale.clear()
-    _stale[folder, stamp] = is_stale
+    _stale[folder, stamp] = sentences
 
 
 def read_cache_state(scene: Any) -> CacheState:
@@ -56,9 +62,9 @@ def read_cache_state(scene: Any) -> CacheState:
     if _last is None or _last[0] != key:
         _last = (key, _read(folder, placed))
     state = _last[1]
-    if _stale.get(key[:2], False):
-        text = "Stale: shapes or materials changed after the bake"
-        return replace(state, icon="ERROR", details=(text,))
+    if sentences := _stale.get(key[:2]):
+        details = tuple(f"Stale: {sentence}" for sentence in sentences)
+        return replace(state, icon="ERROR", details=details)
     if (key[:2] in _stale) and not state.details:
         return replace(state, details=("Current: baked from the scene as it is",))
     return state

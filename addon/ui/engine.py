@@ -52,15 +52,15 @@ class RelumeEngine(bpy.types.RenderEngine):
     def _relight(self, depsgraph: Any, view: View) -> NDArray[np.float32]:
         """(H, W, 4) float32, scene-linear, premultiplied, row 0 at the bottom."""
         # Imported late: it takes scipy along, which would slow down every start of Blender.
-        from .scene_session import STALE, SceneSession
+        from .scene_session import SceneSession
 
         self.update_stats("", "Relume: loading the cache")
         opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
         opened.session.set_view(view)
         picture = opened.session.render(self._progress)
         self.update_stats("", f"Relume: {opened.describe()}")
-        if opened.is_stale:
-            self.report({"WARNING"}, f"Relume: {STALE}")
+        for sentence in opened.stale:
+            self.report({"WARNING"}, f"Relume: {sentence}")
         for warning in opened.warnings:
             self.report({"INFO"}, f"Relume: {warning}")
         return picture.combined

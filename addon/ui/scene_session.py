@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from ..caching.fingerprint import scene_fingerprint
@@ -10,13 +11,15 @@ from ..caching.store import CacheStore
 from ..relight.session import RelightSession
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_reader import read_lights
+from ..scene.world import World
 from ..scene.world_reader import read_world
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 from .cache_state import note_staleness
 from .scene_changes import SceneChanges
 
-STALE = "shapes or materials changed after the bake: bake again"
+STALE_SURFACES = "shapes or materials changed after the bake: bake again"
+STALE_WORLD = "the world changed after the bake, and is shown as it was: bake again"
 
 
 class SceneSession:
@@ -25,7 +28,6 @@ class SceneSession:
     Attributes:
         session: the session itself.
         stamp: the cache's `cache_stamp` when it was opened.
-        is_stale: shapes or materials are no longer those that were baked.
     """
 
     def __init__(self, depsgraph: Any, samples: int) -> None:
@@ -41,7 +43,8 @@ class SceneSession:
         self._folder = cache_folder(depsgraph.scene)
         self.stamp = cache_stamp(self._folder)
         store = CacheStore.open(self._folder)
-        self._fingerprint = store.manifest.fingerprint
+        self._manifest = store.manifest
+        self._stale: dict[str, bool] = {}
         self._geometry = read_geometry(depsgraph)
         self.session = RelightSession(self._geometry, store, samples)
         self._warnings = {"geometry": self._geometry.warnings}
@@ -61,13 +64,30 @@ class SceneSession:
             self.session.set_lights(lights)
             self._warnings["lights"] = tuple(text for light in lights for text in light.warnings)
         if changes.world:
-            world = read_world(depsgraph)
-            self.session.set_world(world)
-            self._warnings["world"] = world.warnings if world is not None else ()
+            self._set_world(read_world(depsgraph))
+
+    def _set_world(self, world: World | None) -> None:
+        self._warnings["world"] = world.warnings if world is not None else ()
+        baked = self._manifest.world_fingerprint
+        changed = world is not None and world.needs_baking and world.fingerprint != baked
+        if world is not None and changed and self._manifest.world is not None:
+            # While an artist edits the world, the picture goes on with the one that was baked.
+            world = replace(world, fingerprint=baked)
+        self.session.set_world(world)
+        self._note(STALE_WORLD, changed)
 
     def _check(self) -> None:
-        self.is_stale = scene_fingerprint(self._geometry) != self._fingerprint
-        note_staleness(self._folder, self.stamp, self.is_stale)
+        changed = scene_fingerprint(self._geometry) != self._manifest.fingerprint
+        self._note(STALE_SURFACES, changed)
+
+    def _note(self, sentence: str, is_stale: bool) -> None:
+        self._stale[sentence] = is_stale
+        note_staleness(self._folder, self.stamp, self.stale)
+
+    @property
+    def stale(self) -> tuple[str, ...]:
+        """A sentence for each part of the scene that is no longer what was baked."""
+        return tuple(sentence for sentence, is_stale in self._stale.items() if is_stale)
 
     def describe(self) -> str:
         """What the status line says about the cache."""
@@ -76,7 +96,7 @@ class SceneSession:
             text = "all of the picture is in the cache"
         else:
             text = f"{100.0 * coverage.hole_fraction:.2f} % of the picture is not in the cache"
-        return f"{text}; {STALE}" if self.is_stale else text
+        return "; ".join((text, *self.stale))
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -111,11 +111,11 @@ def test_a_part_for_each_channel_top_row_first(cache: CacheStore) -> None:
 
 def test_the_world_picture(cache: CacheStore) -> None:
     with pytest.raises(InputError, match="no picture of the world"):
-        cache.read_world()
+        cache.read_world("sky")
     picture = np.random.default_rng(0).uniform(0, 9, (8, 16, 3)).astype(np.float32)
     record = cache.write_world(picture)
-    cache.write_manifest(replace(cache.manifest, world=record))
-    assert (CacheStore.open(cache.folder).read_world() == picture).all()
+    cache.write_manifest(replace(cache.manifest, world=record, world_fingerprint="sky"))
+    assert (CacheStore.open(cache.folder).read_world("sky") == picture).all()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.999])

@@ -13,12 +13,13 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.caching.store import CacheStore
+from addon.errors import InputError
 from addon.relight.session import RelightSession
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.light_reader import read_lights
 from addon.scene.view_reader import find_camera, read_view
-from addon.scene.world_reader import read_world
+from addon.scene.world_reader import read_world, world_fingerprint
 from addon.ui.cache_state import read_cache_state
 from tests.ui.traced_cache import write_traced_cache
 
@@ -159,3 +160,23 @@ def test_a_stale_cache_is_shown_with_a_word(scene: Any) -> None:
     state = read_cache_state(scene)
     assert state.icon == "ERROR"
     assert "Stale" in state.details[0]
+
+
+def test_a_world_that_changed_is_shown_as_baked_with_a_word(scene: Any) -> None:
+    baked(scene)
+    tree = scene.world.node_tree
+    background = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeBackground")
+    coordinates = tree.nodes.new("ShaderNodeTexCoord")
+    tree.links.new(coordinates.outputs["Generated"], background.inputs["Color"])
+    store = CacheStore.open(Path(scene.relume.cache_folder))
+    store.add_world(np.full((8, 16, 3), 0.25, dtype=np.float32), world_fingerprint(scene))
+    before = f12(scene)
+    assert read_cache_state(scene).icon == "CHECKMARK"
+    background.inputs["Strength"].default_value *= 2.0
+    np.testing.assert_array_equal(f12(scene), before)
+    state = read_cache_state(scene)
+    assert state.icon == "ERROR"
+    assert "the world changed after the bake" in state.details[0]
+    # Where no one looks, on the command line, it is refused.
+    with pytest.raises(InputError, match="the world changed"):
+        session_picture(scene)

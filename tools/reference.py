@@ -24,7 +24,6 @@ from numpy.typing import NDArray
 
 from addon.progress import Progress, part_of
 from addon.scene.view_reader import read_view
-from addon.stopping import uninterrupted
 
 from . import metrics
 from .comparison import DEPTH_CHANNEL, OBJECT_CHANNEL, PERSPECTIVE_HEADER, PIXEL_HEADER
@@ -243,15 +242,18 @@ def _only_these_lights(scene: Any) -> Iterator[Callable[[Sequence[str]], None]]:
 
 def _render(scene: Any, path: Path, samples: int, seed: int) -> PictureFile:
     """Render with Cycles through a multi-layer EXR, the only way from Cycles to Python."""
-    import bpy
+    from addon.scene.temporary_render import render_to
 
     scene.cycles.samples, scene.cycles.seed = samples, seed
     settings = scene.render.image_settings
     settings.media_type = "MULTI_LAYER_IMAGE"
     settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+    settings.exr_codec = "NONE"
     scene.render.filepath, scene.render.use_file_extension = str(path), False
-    with uninterrupted():
-        bpy.ops.render.render(write_still=True, layer=scene.view_layers[0].name)
+    scale = scene.render.resolution_percentage / 100.0
+    width, height = (int(n * scale) for n in (scene.render.resolution_x, scene.render.resolution_y))
+    size = width * height * 3 * np.dtype(np.float32).itemsize
+    render_to(path, size, "the reference", layer=scene.view_layers[0].name)
     return read_picture(path)
 
 

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
+from ..scene.temporary_render import render_to
 from ..stopping import uninterrupted
 from .channels import CHANNEL_BY_NAME
 from .specialize import AOV_PREFIX
@@ -66,7 +67,7 @@ class Stage:
             them if the stage was made with it.
 
         Raises:
-            InputError: Cycles wrote no picture.
+            InputError: Cycles wrote no picture, or had no room for it.
         """
         data = self._camera.data
         data.angle = camera.fov
@@ -75,14 +76,9 @@ class Stage:
         self._camera.matrix_world = Matrix(camera.world_from_camera.tolist())
         render = self._scene.render
         render.resolution_x = render.resolution_y = camera.resolution
-        self._path.unlink(missing_ok=True)
-        try:
-            with uninterrupted():
-                bpy.ops.render.render(scene=self._scene.name, write_still=True)
-        except RuntimeError as error:
-            raise _not_rendered(camera, f"{error}".strip()) from error
-        if not self._path.is_file():
-            raise _not_rendered(camera, "no picture was written")
+        components = sum(len(letters) for _, letters in self._passes.values())
+        size = components * camera.resolution**2 * np.dtype(np.float32).itemsize
+        render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
         return self._read(camera.resolution)
 
     def _read(self, resolution: int) -> dict[str, NDArray[np.float32]]:
@@ -99,13 +95,6 @@ class Stage:
                 pixels[..., index] = _plane(planes, layer, letter)[::-1]
             result[name] = pixels
         return result
-
-
-def _not_rendered(camera: CachingCamera, reason: str) -> InputError:
-    return InputError(
-        f"Cycles rendered nothing for caching camera {camera.id} ({reason}); free some memory "
-        "and disk space, or lower the preset"
-    )
 
 
 def _plane(planes: dict[str, NDArray[np.float32]], layer: str, letter: str) -> Any:

@@ -13,8 +13,8 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
-from ..stopping import uninterrupted
 from .node_reader import constant_color, constant_value, output_source
+from .temporary_render import render_to
 from .tree_lines_reader import tree_lines
 from .world import World
 
@@ -101,8 +101,8 @@ def render_world(scene: Any, height: int = PICTURE_HEIGHT) -> NDArray[np.float32
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "world.exr"
             stage.render.filepath = str(path)
-            with uninterrupted():
-                bpy.ops.render.render(scene=stage.name, write_still=True)
+            size = height * 2 * height * 3 * np.dtype(np.float32).itemsize
+            render_to(path, size, "the world's picture", scene=stage.name)
             picture = bpy.data.images.load(str(path))
             pixels = np.empty(height * 2 * height * 4, dtype=np.float32)
             picture.pixels.foreach_get(pixels)
@@ -125,6 +125,7 @@ def _set_up(stage: Any, height: int) -> None:
     render.image_settings.media_type = "IMAGE"
     render.image_settings.file_format = "OPEN_EXR"
     render.image_settings.color_depth = "32"
+    render.image_settings.exr_codec = "NONE"
     stage.cycles.device = "CPU"
     stage.cycles.samples = 4
     stage.cycles.use_adaptive_sampling = False

@@ -14,6 +14,7 @@ import gpu
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
 from .uniforms import UniformBlock
 
 _FOLDER = Path(__file__).parent
@@ -171,8 +172,24 @@ class ShaderProgram:
 
 
 def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F") -> Any:
-    """An empty GPU texture; its contents are undefined until drawn or cleared."""
-    return gpu.types.GPUTexture((width, height), format=texture_format)
+    """An empty GPU texture; its contents are undefined until drawn or cleared.
+
+    Raises:
+        InputError: it is larger than the GPU's textures can be, or there is no room for it.
+    """
+    largest = max_texture_width()
+    if max(width, height) > largest:
+        raise InputError(
+            f"this GPU's pictures have at most {largest} pixels along a side, not "
+            f"{width}x{height}; choose a smaller size"
+        )
+    try:
+        return gpu.types.GPUTexture((width, height), format=texture_format)
+    except RuntimeError as error:
+        raise InputError(
+            f"the GPU has no room for a picture of {width}x{height}; choose a smaller size, or "
+            "free some of its memory"
+        ) from error
 
 
 def texture_from_array(pixels: NDArray[np.float32], texture_format: TextureFormat) -> Any:

@@ -21,7 +21,7 @@ from ..scene.world_reader import read_world, render_world
 from .aov_render import PASS_NORMAL, Stage, far_is_nothing, staged, without_new_pictures
 from .bake_settings import BakeSettings, prepare_store
 from .channels import CHANNELS
-from .fingerprint import scene_fingerprint, world_fingerprint
+from .fingerprint import scene_fingerprint
 from .framebuffer import DeepFramebuffer
 from .linked_surfaces import local_stand_ins
 from .occlusion_filter import smooth_occlusion
@@ -106,7 +106,7 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         baked = _bake_cameras(scene, store, todo, shown, progress)
     if world is not None and world.needs_baking:
         started = time.monotonic()
-        _bake_world(scene, store, progress)
+        _bake_world(scene, world.fingerprint, store, progress)
         seconds["world"] = time.monotonic() - started
     progress(1.0, f"{len(store.cameras)} of {len(fitted)} cameras baked")
     return BakeReport(
@@ -138,9 +138,8 @@ def _check_ids(only: frozenset[int] | None, cameras: Sequence[CachingCamera]) ->
         )
 
 
-def _bake_world(scene: Any, store: CacheStore, progress: Progress) -> None:
+def _bake_world(scene: Any, fingerprint: str, store: CacheStore, progress: Progress) -> None:
     """The world's picture, unless the cache has it already."""
-    fingerprint = world_fingerprint(scene)
     manifest = store.manifest
     if manifest.world is None or manifest.world_fingerprint != fingerprint:
         progress(0.97, "Rendering the world")

@@ -17,9 +17,6 @@ import numpy as np
 
 from ..scene.geometry import SceneGeometry
 from ..scene.tree_lines_reader import tree_lines
-from ..scene.world_reader import world_fingerprint
-
-__all__ = ["scene_fingerprint", "world_fingerprint"]
 
 # Attribute type -> property of its elements, numbers in each, and their type.
 _ELEMENTS: dict[str, tuple[str, int, type[np.generic]]] = {

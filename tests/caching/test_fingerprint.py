@@ -11,7 +11,8 @@ import bpy
 import numpy as np
 import pytest
 
-from addon.caching.fingerprint import scene_fingerprint, world_fingerprint
+from addon.caching.fingerprint import scene_fingerprint
+from addon.scene.world_reader import world_fingerprint
 
 from .material_grid import add_plane, empty_material, empty_scene, geometry_of_scene, node_in
 

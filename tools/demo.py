@@ -9,6 +9,7 @@ leaves everything in one folder. Ends with 1 when a figure misses its target.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 import time
 from collections.abc import Sequence
@@ -224,7 +225,7 @@ def missed_targets(views: Sequence[dict[str, Any]]) -> list[str]:
         missed += [
             f"{view['view']}: {name} is {value:.2f} dB, less than {least:.0f}"
             for name, value, least in figures
-            if value is not None and value < least
+            if value is not None and (math.isnan(value) or value < least)
         ]
         if view["hole_fraction"] >= MOST_HOLES:
             missed.append(f"{view['view']}: {100 * view['hole_fraction']:.2f} % holes")

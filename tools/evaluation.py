@@ -159,7 +159,9 @@ class EvaluatedView:
 
 
 def _db(value: float | None) -> str:
-    return "no error" if value is None or not np.isfinite(value) else f"{value:.1f} dB"
+    if value is None:
+        return "no pixels"
+    return "no error" if np.isinf(value) else f"{value:.1f} dB"
 
 
 def relight_view(session: RelightSession, shot: Shot, progress: Progress) -> EvaluatedView:
@@ -222,4 +224,5 @@ def describe_views(reports: Sequence[dict[str, Any]]) -> str:
 
 
 def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None or not np.isfinite(value) else f"{value:.{digits}f}"
+    """The number; "-" for none and for an infinite one, "nan" for one that was not computed."""
+    return "-" if value is None or np.isinf(value) else f"{value:.{digits}f}"

@@ -40,19 +40,35 @@ def standard_output() -> Iterator[TextIO]:
         os.close(kept)
 
 
+# Where a result says which of its figures could not be computed.
+NOT_COMPUTED = "not_computed"
+
+
 def to_json(result: dict[str, Any]) -> str:
-    """One JSON object. Numbers that JSON cannot hold (an infinite PSNR) become null."""
-    return json.dumps(_finite(result), allow_nan=False, indent=2, ensure_ascii=False)
+    """One JSON object.
+
+    JSON holds no infinite numbers: the PSNR of identical pictures becomes null, as do figures
+    over no pixels. A figure that is not a number is a fault, and must not pass for one of
+    these: it becomes null too, so that a long run's other figures are not lost, but the object
+    then has NOT_COMPUTED, a list of the places of such figures ("views.0.whole.flip").
+    """
+    faults: list[str] = []
+    plain = _finite(result, (), faults)
+    if faults:
+        plain[NOT_COMPUTED] = faults
+    return json.dumps(plain, allow_nan=False, indent=2, ensure_ascii=False)
 
 
-def _finite(value: Any) -> Any:
-    """The same, with plain containers and finite numbers only."""
+def _finite(value: Any, place: tuple[str, ...], faults: list[str]) -> Any:
+    """The same, with plain containers and finite numbers only; `faults` gets those of NaNs."""
     if isinstance(value, dict):
-        return {str(key): _finite(item) for key, item in value.items()}
+        return {str(k): _finite(item, (*place, str(k)), faults) for k, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
+        return [_finite(item, (*place, str(i)), faults) for i, item in enumerate(value)]
+    if isinstance(value, float) and not math.isfinite(value):
+        if math.isnan(value):
+            faults.append(".".join(place))
+        return None
     return value
 
 

@@ -47,8 +47,13 @@ def read_picture(path: Path) -> PictureFile:
         raise InputError(f"{path} is neither an .exr nor a .png file; give one of these.")
     picture = _read_exr(path) if suffix == ".exr" else _read_png(path)
     if not np.isfinite(picture.rgb).all():
-        count = int((~np.isfinite(picture.rgb)).any(axis=-1).sum())
-        raise InputError(f"{path} has {count} pixels that are not finite; render it again.")
+        broken = (~np.isfinite(picture.rgb)).any(axis=-1)
+        if broken.all():
+            raise InputError(f"{path} has no pixel that is finite; it shows nothing to measure.")
+        raise InputError(
+            f"{path} has {broken.sum()} of {broken.size} pixels that are not finite; "
+            "render it again."
+        )
     return picture
 
 

@@ -9,6 +9,7 @@ else.
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import traceback
 from collections.abc import Sequence
@@ -22,6 +23,9 @@ from .verbs import VERBS
 
 BAD_INPUT = 2
 FAILURE = 1
+
+# Several numbers between commas, the first of them negative.
+_NUMBERS = re.compile(r"-[\d.][^,]*(,[^,]*)+")
 
 
 def parser() -> argparse.ArgumentParser:
@@ -47,7 +51,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         argv: the words after the program's name; None for the process's own.
     """
     try:
-        args = parser().parse_args(argv)
+        args = parser().parse_args(_with_values(sys.argv[1:] if argv is None else argv))
     except SystemExit as leave:  # argparse: 0 after --help, 2 after a wrong argument
         return int(leave.code or 0)
     with stop_signals(), standard_output() as out:
@@ -66,6 +70,21 @@ def main(argv: Sequence[str] | None = None) -> int:
             traceback.print_exc()
             return _fail(f"relume {args.verb}: this is a fault in Relume", FAILURE)
     return 0
+
+
+def _with_values(words: Sequence[str]) -> list[str]:
+    """The same words, "--box -1,0,0,1,1,2" as "--box=-1,0,0,1,1,2".
+
+    argparse takes a word for an option that begins with a minus and is not one plain number.
+    """
+    result: list[str] = []
+    for word in words:
+        option = result[-1] if result else ""
+        if _NUMBERS.fullmatch(word) and option.startswith("--") and "=" not in option:
+            result[-1] = f"{option}={word}"
+        else:
+            result.append(word)
+    return result
 
 
 def _one_line(error: InputError) -> str:

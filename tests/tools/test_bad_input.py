@@ -132,6 +132,36 @@ def test_numbers_that_are_too_large(
     assert words in last_line(run)
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("relight", "--cache", "absent", "--out", "FILE/a.png"), "cannot be written"),
+        (("relight", "--cache", "absent", "--out", "FOLDER.png"), "it is a folder"),
+        (("evaluate", "--out", "FILE/out"), "cannot be written"),
+        (("place", "--out", "ABSENT/cameras.json"), "cannot be written"),
+        (("place", "--show", "a.pdf"), "not a .png file"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_told_before_the_work(
+    tmp_path: Path, words: tuple[str, ...], message: str, relume_here: Run
+) -> None:
+    (tmp_path / "FILE").touch()
+    (tmp_path / "FOLDER.png").mkdir()
+    before = sorted(tmp_path.iterdir())
+    verb, *options = words
+    options = [f"{tmp_path}/{word}" if word[0].isupper() else word for word in options]
+    # The scene is not looked at: it is missing, and that is not what is told.
+    assert_refused(relume_here(verb, tmp_path / "absent.blend", *options), message)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_a_box_may_begin_with_a_negative_number(tmp_path: Path, relume_here: Run) -> None:
+    words = ("place", tmp_path / "absent.blend", "--box")
+    for corners in ("-1,-2,-3,1,2,3", "-.5,0,0,1,1,1e3"):
+        assert_refused(relume_here(*words, corners), "no file")
+    assert "six numbers" in relume_here(*words, "-1,2").stderr
+
+
 def test_a_place_that_cannot_be_written(good: Path, tmp_path: Path, relume_here: Run) -> None:
     out = tmp_path / "no such folder" / "cameras.json"
     assert_refused(relume_here("place", good, "--out", out, "--secondaries", "1"), "cameras.json")

@@ -27,9 +27,16 @@ def test_only_the_result_reaches_standard_output(capfd: pytest.CaptureFixture[st
 
 
 def test_numbers_that_json_lacks_become_null() -> None:
-    result = {"a": math.inf, "b": [math.nan, 1.5, (2, -math.inf)], "d": {3: "Ü"}}
-    text = to_json(result)
-    assert json.loads(text) == {"a": None, "b": [None, 1.5, [2, None]], "d": {"3": "Ü"}}
+    result = {"a": math.inf, "b": [math.inf, 1.5, (2, -math.inf)], "d": {3: "Ü"}}
+    expected = {"a": None, "b": [None, 1.5, [2, None]], "d": {"3": "Ü"}}
+    assert json.loads(to_json(result)) == expected
+
+
+def test_figures_that_are_no_numbers_are_named() -> None:
+    result = {"views": [{"flip": 0.5}, {"flip": math.nan}], "psnr": math.inf}
+    written = json.loads(to_json(result))
+    assert written["views"][1]["flip"] is None
+    assert written["not_computed"] == ["views.1.flip"]
 
 
 def test_a_log_is_sparse_but_its_end_is_always_told() -> None:

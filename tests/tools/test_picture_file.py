@@ -66,8 +66,11 @@ def test_values_that_are_not_finite_are_counted(
     rgb[2, 3] = value
     rgb[5, 6, 1] = value
     write_exr(tmp_path / "burnt.exr", rgb)
-    with pytest.raises(InputError, match=r"burnt\.exr has 2 pixels that are not finite"):
+    with pytest.raises(InputError, match=r"burnt\.exr has 2 of \d+ pixels that are not finite"):
         read_picture(tmp_path / "burnt.exr")
+    write_exr(tmp_path / "ash.exr", np.full_like(rgb, value))
+    with pytest.raises(InputError, match=r"ash\.exr has no pixel that is finite"):
+        read_picture(tmp_path / "ash.exr")
 
 
 @pytest.mark.parametrize(("name", "write"), [("a.exr", write_exr), ("a.png", write_png)])

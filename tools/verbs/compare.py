@@ -11,6 +11,7 @@ from addon.progress import Progress
 
 from .. import comparison
 from ..picture_file import read_picture
+from ..writable import require_folder
 
 NAME = "compare"
 HELP = (
@@ -30,6 +31,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Measure, and write the pictures that were asked for."""
+    if args.out is not None:
+        require_folder(args.out)
     progress(0.0, "reading the pictures")
     reference, image = read_picture(args.reference), read_picture(args.image)
     progress(0.2, "measuring")

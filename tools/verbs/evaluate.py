@@ -12,6 +12,7 @@ from addon.progress import Progress, part_of
 
 from ..output import to_json
 from ..unique_names import folder_names
+from ..writable import require_folder
 from . import arguments
 
 NAME = "evaluate"
@@ -58,6 +59,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..relit import camera_names, open_session, read_scene, read_views, require_light
     from ..scene_file import open_scene
 
+    require_folder(args.out)
     edits = read_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from addon.errors import InputError
 from addon.progress import Progress, part_of
 
+from ..writable import require_file
 from . import arguments
 
 NAME = "place"
@@ -43,6 +45,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..scene_file import open_scene
     from ..weights import read_weights, with_weights
 
+    _check_places(args.out, args.show)
     weights = read_weights(args.weights) if args.weights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
@@ -72,6 +75,15 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "written": written,
         "warnings": [*geometry.warnings, *placement.warnings],
     }
+
+
+def _check_places(out: Path | None, show: Path | None) -> None:
+    """Raises InputError when a result could not be written, before the work that it takes."""
+    if show is not None and show.suffix.lower() != ".png":
+        raise InputError(f"{show} is not a .png file; name one.")
+    for path in (out, show):
+        if path is not None:
+            require_file(path, in_new_folder=False)
 
 
 def describe(report: dict[str, Any]) -> str:

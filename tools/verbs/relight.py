@@ -15,6 +15,7 @@ from addon.errors import InputError
 from addon.progress import Progress, part_of
 
 from ..unique_names import unique_names
+from ..writable import require_file
 from . import arguments
 
 NAME = "relight"
@@ -41,6 +42,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     suffix = args.out.suffix.lower()
     if suffix not in (".exr", ".png"):
         raise InputError(f"{args.out} is neither an .exr nor a .png file; name one of these.")
+    require_file(args.out)
 
     from addon.relight.edits import applied_edits, read_edits
 

@@ -141,9 +141,10 @@ def light_uniforms(
         # Only the direction counts: without the scale float32 holds every light's matrix.
         light_from_world /= np.abs(light_from_world).max()
         cone[:2] = spot_cone(light)
-        cone[2] = float(light.is_flat_spot)
     elif light.type == "AREA":
         cone[:2] = spread_cone(light)
+    # A disk's points shine like its centre wherever they are.
+    cone[2] = float(light.is_flat_spot or sample.on_disk is not None)
     return {
         "place": np.append(place, 0.0),
         "centre": np.append(light.position - local_origin, 0.0) if not is_sun else np.zeros(4),

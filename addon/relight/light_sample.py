@@ -12,12 +12,16 @@ set of isotropic point emitters stands for the disk that Cycles turns towards ea
 by Newton's shell theorem their mean irradiance outside the ball is the centre's exactly. What a
 spot lights lies before it: its points lie on the disk across its axis, so that a wall through
 the lamp hides the same part of it as in Cycles.
+
+A lamp that touches a surface is another matter: which part of the disk the surface hides then
+depends on the receiver, from which the disk is seen turned. Such a light's sample is a place on
+*every* disk, and `shadow_frustum` turns one for each of a set of directions.
 """
 
 from __future__ import annotations
 
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,23 +43,51 @@ class LightSample:
     Attributes:
         position: (3,) float64, world space, metres; for a sun the unit vector towards it.
         count: of how many samples it is one (they share the light's extent between them).
+        on_disk: (2,) float64, metres: its place on a disk that is turned towards each receiver;
+            None where `position` is the same point for all receivers.
+        turn: (3,) float64 in [0, 1): which of all rotations the set of disks has.
     """
 
     position: NDArray[np.float64]
     count: int
+    on_disk: NDArray[np.float64] | None = None
+    turn: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+
+    def facing(self, light: Light, axes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(F, 3) world space: the point on each of the disks across (F, 3) unit axes."""
+        if self.on_disk is None:
+            return np.broadcast_to(self.position, axes.shape)
+        frames = np.stack([frame_across(axis) for axis in axes])
+        return np.asarray(light.position + np.einsum("x,fxd->fd", self.on_disk, frames))
 
 
-def light_sample(light: Light, k: int, count: int, seed: int = 0) -> LightSample:
+def light_sample(
+    light: Light, k: int, count: int, seed: int = 0, *, touching: bool = False
+) -> LightSample:
     """Point k of `count` on the light; a single sample is the light's centre.
 
     Points come in pairs that mirror each other in the centre, so that what grows evenly over
     the light is exact from two samples on. The last of an odd count is the centre.
+
+    Args:
+        light: the light.
+        k: which point.
+        count: of how many.
+        seed: of the points' offset.
+        touching: whether surfaces reach into the ball of a point or spot light's radius.
     """
     if k == count - 1 and count % 2 == 1:
         return LightSample(-light.direction if light.type == "SUN" else light.position, count)
     start = np.random.default_rng([seed, zlib.crc32(light.name.encode())]).random(3)
     u = (start + (k // 2) * _STEPS) % 1.0
-    return LightSample(_place(light, u, 1.0 if k % 2 == 0 else -1.0), count)
+    side = 1.0 if k % 2 == 0 else -1.0
+    position = _place(light, u, side)
+    if not (touching and light.has_disk):
+        return LightSample(position, count)
+    # Pairs share their turn, so that of each disk both mirrored points are looked from.
+    turn = np.random.default_rng([seed, zlib.crc32(light.name.encode()), k // 2]).random(3)
+    on_disk = 2.0 * side * light.shadow_soft_size * _on_disk(u)
+    return LightSample(position, count, on_disk, turn)
 
 
 def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:

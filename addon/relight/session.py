@@ -39,8 +39,9 @@ from ..scene.world import World
 from .albedo_pass import AlbedoTextures
 from .blend_pass import SumPass
 from .layer_stack import LayerStack, LightLayer
+from .light_contact import touches_surface
 from .light_pass import LightPass
-from .light_sample import light_sample
+from .light_sample import LightSample, light_sample
 from .shadow_frustum import ShadowSettings
 from .shadow_pass import ShadowMap, ShadowPass
 from .surface_pass import EmissionPass
@@ -109,6 +110,7 @@ class RelightSession:
         self._store = store
         self._sampler = SurfaceSampler(geometry, framebuffers, store.plan)
         self._lights: dict[str, Light] = {}
+        self._touching: dict[str, bool] = {}
         self._world: World | None = None
         self._world_textures: WorldTextures | None = None
         self._view: View | None = None
@@ -131,6 +133,7 @@ class RelightSession:
     def set_geometry(self, geometry: SceneGeometry) -> None:
         """Objects moved or changed their shape; the cache stays."""
         self._sampler.set_geometry(geometry)
+        self._touching.clear()
         if self._view is not None:
             view, self._view = self._view, None
             self.set_view(view)
@@ -159,6 +162,7 @@ class RelightSession:
                 self._preview.drop(_LIGHT_KEY + name)
                 self._refined.drop(_LIGHT_KEY + name)
                 self._preview_shadows.pop(name, None)
+                self._touching.pop(name, None)
         self._lights = new
 
     def set_world(self, world: World | None) -> None:
@@ -328,7 +332,7 @@ class RelightSession:
         surface = self._sampler.sample(k)
         light = self._light_of(name)
         if light is not None:
-            point = light_sample(light, k, count)
+            point = self._light_sample(light, k, count)
             self._light_pass.draw(surface, light, point, layer.target, shadow=shadow)
         elif name == EMISSION_LAYER and self._emission_pass is not None:
             self._emission_pass.draw(surface, layer.target)
@@ -354,10 +358,15 @@ class RelightSession:
             raise RuntimeError("set a view before drawing shadows")
         return self._shadow_pass.draw(
             light,
-            light_sample(light, k, count),
+            self._light_sample(light, k, count),
             self._sampler.geometry.bounds,
             self._visible_receivers(),
         )
+
+    def _light_sample(self, light: Light, k: int, count: int) -> LightSample:
+        if light.name not in self._touching:
+            self._touching[light.name] = touches_surface(light, self._sampler.geometry)
+        return light_sample(light, k, count, touching=self._touching[light.name])
 
     def _visible_receivers(self) -> NDArray[np.float64]:
         """(N, 3) world-space points that the view sees, for fitting sun shadow maps."""

@@ -4,6 +4,10 @@
 A point light needs all six faces of a cube, an area light the five before it, a spot its cone
 (or as many faces, when that is wide), a sun one parallel projection. The faces lie side by side
 in one square-celled atlas.
+
+A lamp that touches surfaces is looked from at another point for each face: its place on a disk
+turned along that face. Six or seven disks stand for those that Cycles turns towards each
+receiver, and every sample has them at other angles, which blurs what is left of the steps.
 """
 
 from __future__ import annotations
@@ -17,7 +21,7 @@ from ..scene.frame_across import frame_across
 from ..scene.light import Light
 from .light_sample import LightSample
 
-MAX_FACES = 6
+MAX_FACES = 7
 _COLUMNS = 3
 
 # A cone wider than this wastes most of a single plane's texels: tan(60 deg) = 1.7 is already
@@ -26,6 +30,13 @@ _WIDEST_CONE = np.radians(120.0)
 
 # Texels beyond a face's border, so that the 2x2 comparison never needs a neighbouring face.
 _GUARD_TEXELS = 1.0
+
+# How much wider a touching lamp's faces are than the directions they serve. They look from
+# beside its centre: nearer than four radii a receiver may fall outside and meets the border.
+_PARALLAX = 1.25
+
+# Disks across a touching spot's cone: one in the middle and a ring of six.
+_RING = np.arange(6) * (np.pi / 3.0)
 
 # Nearest over farthest distance of a perspective face. Surfaces are sorted by their distance
 # from the light, so this costs no precision; it only keeps the projection defined.
@@ -53,9 +64,12 @@ class ShadowFrustum:
     """Where a shadow map's texels look.
 
     Attributes:
-        origin: (3,) float64, world space, metres: the light's point. For a parallel map the
-            centre of its window, on the plane that distances are counted from.
+        origins: (F, 3) float64, world space, metres: the light's point, for each face. For a
+            parallel map the centre of its window, on the plane that distances are counted from.
+        centre: (3,) float64, world space: a receiver belongs to the face whose axis is nearest
+            to its direction from here.
         parallel: whether it is a parallel projection (sun).
+        turned: whether each face looks from its own point; they are then blended.
         face_from_world: (F, 3, 3) float64, rows right, up and back of each face. Unit rows.
         half_extent: half of a face's side: at distance 1 or, when parallel, in metres.
         inner_half_extent: the same without the guard texels.
@@ -63,8 +77,10 @@ class ShadowFrustum:
         resolution: texels along a face's side.
     """
 
-    origin: NDArray[np.float64]
+    origins: NDArray[np.float64]
+    centre: NDArray[np.float64]
     parallel: bool
+    turned: bool
     face_from_world: NDArray[np.float64]
     half_extent: float
     inner_half_extent: float
@@ -96,7 +112,7 @@ class ShadowFrustum:
         rotation = self.face_from_world[face]
         camera = np.eye(4)
         camera[:3, :3] = rotation
-        camera[:3, 3] = rotation @ (local_origin - self.origin)
+        camera[:3, 3] = rotation @ (local_origin - self.origins[face])
         clip = np.zeros((4, 4))
         clip[0, 0] = clip[1, 1] = 1.0 / self.half_extent
         near, far = self.near, self.far
@@ -128,22 +144,30 @@ def shadow_frustum(
     """
     if light.type == "SUN":
         return _parallel(sample.position, caster_bounds, receivers, settings.resolution)
-    corners = _corners(caster_bounds)
-    far = float(np.linalg.norm(corners - sample.position, axis=1).max()) or 1.0
     basis = _basis(light)
     half_extent, faces, resolution = 1.0, _cube(basis), settings.cube_resolution
+    cone = _cone(light) if light.type == "SPOT" else 2.0 * np.pi
+    touching = sample.on_disk is not None
     if light.type == "AREA":
         faces = faces[:5]
-    elif light.type == "SPOT":
-        cone = _cone(light)
-        if cone <= _WIDEST_CONE:
-            half_extent, faces = float(np.tan(0.5 * cone)), faces[:1]
+    elif cone <= _WIDEST_CONE:
+        if touching:
+            faces, half_extent = _flower(basis, 0.5 * cone, sample.turn)
+        else:
+            faces, half_extent = faces[:1], float(np.tan(0.5 * cone))
             resolution = settings.resolution
-        elif cone <= np.pi:
-            faces = faces[:5]
+    elif touching:
+        faces, half_extent = faces @ _rotation(sample.turn), _PARALLAX
+    elif cone <= np.pi:
+        faces = faces[:5]
+    origins = sample.facing(light, -faces[:, 2])
+    gaps = _corners(caster_bounds) - origins[:, None]
+    far = float(np.linalg.norm(gaps, axis=-1).max()) or 1.0
     return ShadowFrustum(
-        origin=sample.position,
+        origins=origins,
+        centre=light.position if touching else sample.position,
         parallel=False,
+        turned=touching,
         face_from_world=faces,
         half_extent=half_extent * _guarded(resolution),
         inner_half_extent=half_extent,
@@ -151,6 +175,60 @@ def shadow_frustum(
         far=far * (1.0 + _MARGIN),
         resolution=resolution,
     )
+
+
+def _rotation(turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3): one of all rotations, evenly, for (3,) numbers in [0, 1) (K. Shoemake, "Uniform
+    Random Rotations", Graphics Gems III, 1992)."""
+    ring, pole = np.sqrt(1.0 - turn[0]), np.sqrt(turn[0])
+    a, b = 2.0 * np.pi * turn[1:]
+    x, y, z, w = ring * np.sin(a), ring * np.cos(a), pole * np.sin(b), pole * np.cos(b)
+    return np.array(
+        [
+            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+            [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+            [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)],
+        ]
+    )
+
+
+def _flower(
+    basis: NDArray[np.float64], half_cone: float, turn: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], float]:
+    """(7, 3, 3) faces over a cone around the basis' -Z, and half the side of a face.
+
+    The ring lies at two thirds of the cone: the middle's neighbourhood is then as wide as the
+    ring's. The whole is turned about the axis, and the axis tilted by half of such a
+    neighbourhood at most.
+    """
+    ring, tilt = half_cone * 2.0 / 3.0, half_cone / 3.0 * np.sqrt(turn[0])
+    spin, toward = 2.0 * np.pi * turn[1], 2.0 * np.pi * turn[2]
+    angles = np.append(0.0, np.full(6, ring))
+    around = np.append(0.0, _RING + spin)
+    axes = _around(angles, around) @ _tilted(tilt, toward)
+    faces = np.stack([_facing(axis) for axis in axes @ basis])
+    # Farthest from every face's axis is the cone's rim between two of the ring.
+    rim = np.arccos(
+        np.cos(ring) * np.cos(half_cone) + np.sin(ring) * np.sin(half_cone) * np.cos(np.pi / 6.0)
+    )
+    return faces, _PARALLAX * float(np.tan(rim + half_cone / 3.0))
+
+
+def _around(angle: NDArray[np.float64], around: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) unit vectors at angles from -Z."""
+    across = np.sin(angle)
+    return np.stack([across * np.cos(around), across * np.sin(around), -np.cos(angle)], axis=-1)
+
+
+def _tilted(angle: float, toward: float) -> NDArray[np.float64]:
+    """(3, 3) that turns row vectors so that -Z leans by an angle towards an azimuth."""
+    back = -_around(np.array(angle), np.array(toward))
+    return np.stack([*frame_across(back), back])
+
+
+def _facing(axis: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) rows right, up and back of a face that looks along an axis."""
+    return np.stack([*frame_across(-axis), -axis])
 
 
 def _guarded(resolution: int) -> float:
@@ -217,8 +295,10 @@ def _parallel(
     margin = depth * _MARGIN
     centre = np.array([*(0.5 * (low + high))[:2], casters[:, 2].max() + margin])
     return ShadowFrustum(
-        origin=middle + centre @ rotation,
+        origins=(middle + centre @ rotation)[None],
+        centre=middle + centre @ rotation,
         parallel=True,
+        turned=False,
         face_from_world=rotation[None],
         half_extent=half * _guarded(resolution),
         inner_half_extent=half,

@@ -44,13 +44,15 @@ SHADOW_BLOCK = UniformBlock(
         Field("vec4", "right", MAX_FACES),
         Field("vec4", "up", MAX_FACES),
         Field("vec4", "back", MAX_FACES),
-        Field("vec4", "origin"),
+        Field("vec4", "origin", MAX_FACES),
+        Field("vec4", "centre"),
         Field("float", "half_extent"),
         Field("float", "inner_share"),
         Field("float", "resolution"),
         Field("float", "columns"),
         Field("float", "faces"),
         Field("float", "parallel"),
+        Field("float", "turned"),
     ),
 )
 
@@ -84,19 +86,22 @@ class ShadowMap:
 
 def shadow_uniforms(frustum: ShadowFrustum, local_origin: NDArray[np.float64]) -> dict[str, Any]:
     """The values of SHADOW_BLOCK."""
-    rows = np.zeros((3, len(frustum.face_from_world), 4))
-    rows[..., :3] = frustum.face_from_world.transpose(1, 0, 2)
+    rows = np.zeros((4, len(frustum.face_from_world), 4))
+    rows[:3, :, :3] = frustum.face_from_world.transpose(1, 0, 2)
+    rows[3, :, :3] = frustum.origins - local_origin
     return {
         "right": rows[0],
         "up": rows[1],
         "back": rows[2],
-        "origin": np.append(frustum.origin - local_origin, 0.0),
+        "origin": rows[3],
+        "centre": np.append(frustum.centre - local_origin, 0.0),
         "half_extent": frustum.half_extent,
         "inner_share": frustum.inner_half_extent / frustum.half_extent,
         "resolution": frustum.resolution,
         "columns": frustum.grid[0],
         "faces": len(frustum.face_from_world),
         "parallel": float(frustum.parallel),
+        "turned": float(frustum.turned),
     }
 
 
@@ -133,10 +138,10 @@ class ShadowPass:
         is_lamp = light.type in ("POINT", "SPOT")
         centre = light.position - self._geometry.origin if is_lamp else np.zeros(3)
         # Sample points lie in this ball; see the shader.
-        has_ball = is_lamp and not light.is_flat_spot and sample.count > 1
+        is_flat = light.is_flat_spot or sample.on_disk is not None
+        has_ball = is_lamp and not is_flat and sample.count > 1
         radius_sq = light.shadow_soft_size**2 if has_ball else 0.0
         caster = {
-            "origin": np.append(frustum.origin - self._geometry.origin, 0.0),
             "axis": axis,
             "centre": np.append(centre, radius_sq),
             "far": frustum.far,
@@ -146,6 +151,7 @@ class ShadowPass:
             target.clear(color=(_NOTHING, 0.0, 0.0, 0.0), depth=1.0)
             for face in range(len(frustum.face_from_world)):
                 target.viewport_set(*frustum.cell(face), size, size)
+                caster["origin"] = np.append(frustum.origins[face] - self._geometry.origin, 0.0)
                 self._geometry.draw(
                     self._program,
                     frustum.clip_from_local(face, self._geometry.origin),

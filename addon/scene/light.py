@@ -89,6 +89,11 @@ class Light:
         return np.asarray(axis / np.linalg.norm(axis))
 
     @property
+    def has_disk(self) -> bool:
+        """Whether it is a lamp with an extent that Cycles turns towards each receiver."""
+        return self.type in ("POINT", "SPOT") and self.shadow_soft_size > 0.0
+
+    @property
     def is_flat_spot(self) -> bool:
         """A spot whose cone is narrow enough for one disk across its axis to stand for it."""
         return self.type == "SPOT" and self.spot_size <= WIDEST_FLAT_SPOT

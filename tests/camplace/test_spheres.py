@@ -8,7 +8,8 @@ import numpy as np
 from addon.camplace.area_samples import sample_area
 from addon.camplace.rays import RayCaster
 from addon.camplace.spheres import escape_direction, find_spheres, grow_spheres
-from addon.camplace.surface_distance import SurfaceDistance, closest_on_triangle
+from addon.camplace.surface_distance import SurfaceDistance
+from addon.scene.closest_point import closest_on_triangle
 from addon.scene.geometry import SceneGeometry
 from tests.synthetic import box, geometry_of
 

@@ -59,7 +59,7 @@ def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Arr
     with np.errstate(divide="ignore"):
         strength = np.where(d_sq > r_sq, outside, 1.0 / (r_sq + disk * d_sq))
         cell_sq = r_sq * share / np.where(d_sq > r_sq, t_sq, max(r_sq, 1e-300))
-    if light.is_flat_spot:
+    if light.is_flat_spot or sample.on_disk is not None:
         # A disk across the axis: its centre's distance, its points' directions.
         strength, cell_sq = 1.0 / (d_sq + disk * r_sq), r_sq * share / t_sq
     if light.type == "SPOT":

@@ -18,31 +18,54 @@ _ROUNDING = 4e-6
 
 def visibility(frustum: ShadowFrustum, atlas: Array, points: Array, Ng: Array) -> Array:
     """(...) share of the four texels around each world point (..., 3) that see its plane."""
-    receiver = points - frustum.origin
-    size = frustum.resolution
+    faces = range(len(frustum.face_from_world))
+    if frustum.turned:
+        weights = np.stack([_weight(frustum, face, points) for face in faces])
+        shares = np.stack([_look(frustum, face, atlas, points, Ng) for face in faces])
+        return np.asarray((weights * shares).sum(axis=0) / weights.sum(axis=0))
+    axes = -frustum.face_from_world[:, 2]
+    own = np.argmax((points - frustum.centre) @ axes.T, axis=-1)
     result = np.ones(points.shape[:-1])
-    open_yet = np.ones(points.shape[:-1], dtype=bool)
-    for face, rotation in enumerate(frustum.face_from_world):
-        in_face = receiver @ rotation.T
-        depth = np.ones_like(in_face[..., 2]) if frustum.parallel else -in_face[..., 2]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            ndc = in_face[..., :2] / (depth * frustum.half_extent)[..., None]
-        share = frustum.inner_half_extent / frustum.half_extent
-        inside = open_yet & (depth > 0.0) & (np.abs(ndc) <= share).all(axis=-1)
-        open_yet &= ~inside
-        at = (ndc[inside] * 0.5 + 0.5) * size - 0.5
-        low = np.floor(at).astype(np.int64)
-        t = at - low
-        slack = frustum.half_extent / size * depth[inside]
-        total = np.zeros(len(at))
-        for dx in (0, 1):
-            for dy in (0, 1):
-                weight = np.where(dx, t[:, 0], 1.0 - t[:, 0]) * np.where(dy, t[:, 1], 1.0 - t[:, 1])
-                texel = np.clip(low + np.array([dx, dy]), 0, size - 1)
-                ray = _Ray(frustum, face, texel)
-                stored = atlas[ray.row, ray.column]
-                total += weight * ray.reaches(stored, receiver[inside], Ng[inside], slack)
-        result[inside] = total
+    for face in faces:
+        mine = own == face
+        result[mine] = _look(frustum, face, atlas, points[mine], Ng[mine])
+    return result
+
+
+def _weight(frustum: ShadowFrustum, face: int, points: Array) -> Array:
+    """(...) what a touching lamp's face has to say about points."""
+    in_face = (points - frustum.centre) @ frustum.face_from_world[face].T
+    depth = -in_face[..., 2]
+    with np.errstate(divide="ignore"):
+        x = np.abs(in_face[..., :2]).max(axis=-1) / (depth * frustum.inner_half_extent)
+    return np.asarray(np.where(depth > 0.0, np.maximum(1.0 - x, 0.0), 0.0) ** 8)
+
+
+def _look(frustum: ShadowFrustum, face: int, atlas: Array, points: Array, Ng: Array) -> Array:
+    """(...) what one face's map says of points."""
+    size, share = frustum.resolution, frustum.inner_half_extent / frustum.half_extent
+    result = np.ones(points.shape[:-1])
+    receiver = points - frustum.origins[face]
+    in_face = receiver @ frustum.face_from_world[face].T
+    depth = np.ones_like(in_face[..., 2]) if frustum.parallel else -in_face[..., 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ndc = in_face[..., :2] / (depth * frustum.half_extent)[..., None]
+    inside = depth > 0.0
+    if frustum.parallel:
+        inside &= (np.abs(ndc) <= share).all(axis=-1)
+    at = (np.clip(ndc[inside], -share, share) * 0.5 + 0.5) * size - 0.5
+    low = np.floor(at).astype(np.int64)
+    t = at - low
+    slack = frustum.half_extent / size * depth[inside]
+    total = np.zeros(len(at))
+    for dx in (0, 1):
+        for dy in (0, 1):
+            weight = np.where(dx, t[:, 0], 1.0 - t[:, 0]) * np.where(dy, t[:, 1], 1.0 - t[:, 1])
+            texel = np.clip(low + np.array([dx, dy]), 0, size - 1)
+            ray = _Ray(frustum, face, texel)
+            stored = atlas[ray.row, ray.column]
+            total += weight * ray.reaches(stored, receiver[inside], Ng[inside], slack)
+    result[inside] = total
     return result
 
 

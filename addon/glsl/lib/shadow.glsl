@@ -66,13 +66,45 @@ float face_visibility(int face, vec2 ndc, vec3 receiver, vec3 Ng, float slack)
   return mix(bottom, top, t.y);
 }
 
+/* How much a face of a touching lamp has to say about a direction from the lamp's centre. */
+float face_weight(int face, vec3 from_centre)
+{
+  float depth = -dot(shadow.back[face].xyz, from_centre);
+  if (depth <= 0.0) {
+    return 0.0;
+  }
+  vec2 across = vec2(dot(shadow.right[face].xyz, from_centre),
+                     dot(shadow.up[face].xyz, from_centre));
+  float x = max(abs(across.x), abs(across.y)) /
+            (depth * shadow.half_extent * shadow.inner_share);
+  /* The eighth power leaves little to any but the nearest, and still has no step. */
+  float rest = max(1.0 - x, 0.0);
+  rest *= rest;
+  rest *= rest;
+  return rest * rest;
+}
+
+/* What a face's map says of a receiver. `texel`: half of a texel's width at distance 1. */
+float lookup(int face, vec3 position, vec3 Ng, float texel)
+{
+  vec3 receiver = position - shadow.origin[face].xyz;
+  float depth = -dot(shadow.back[face].xyz, receiver);
+  if (depth <= 0.0) {
+    return 1.0; /* behind a spot, or on the lamp itself */
+  }
+  vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
+             (depth * shadow.half_extent);
+  return face_visibility(
+      face, clamp(ndc, -shadow.inner_share, shadow.inner_share), receiver, Ng, texel * depth);
+}
+
 float visibility(vec3 position, vec3 Ng)
 {
-  vec3 receiver = position - shadow.origin.xyz;
   /* Facets of a curved surface leave the tangent plane within a texel; half of its width is
    * as far as they can when they meet at 45 degrees. */
   float texel = shadow.half_extent / shadow.resolution;
   if (shadow.parallel > 0.5) {
+    vec3 receiver = position - shadow.origin[0].xyz;
     vec2 ndc = vec2(dot(shadow.right[0].xyz, receiver), dot(shadow.up[0].xyz, receiver)) /
                shadow.half_extent;
     if (any(greaterThan(abs(ndc), vec2(shadow.inner_share)))) {
@@ -80,17 +112,27 @@ float visibility(vec3 position, vec3 Ng)
     }
     return face_visibility(0, ndc, receiver, Ng, texel);
   }
-  int count = int(shadow.faces);
-  for (int face = 0; face < count; face++) {
-    float depth = -dot(shadow.back[face].xyz, receiver);
-    if (depth <= 0.0) {
-      continue;
+  vec3 from_centre = position - shadow.centre.xyz;
+  if (shadow.turned > 0.5) {
+    float sum = 0.0;
+    float weights = 0.0;
+    for (int face = 0; face < int(shadow.faces); face++) {
+      float weight = face_weight(face, from_centre);
+      if (weight > 0.0) {
+        sum += weight * lookup(face, position, Ng, texel);
+        weights += weight;
+      }
     }
-    vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
-               (depth * shadow.half_extent);
-    if (all(lessThanEqual(abs(ndc), vec2(shadow.inner_share)))) {
-      return face_visibility(face, ndc, receiver, Ng, texel * depth);
+    return weights > 0.0 ? sum / weights : 1.0;
+  }
+  int face = 0;
+  float nearest = -dot(shadow.back[0].xyz, from_centre);
+  for (int other = 1; other < int(shadow.faces); other++) {
+    float along = -dot(shadow.back[other].xyz, from_centre);
+    if (along > nearest) {
+      nearest = along;
+      face = other;
     }
   }
-  return 1.0;
+  return lookup(face, position, Ng, texel);
 }

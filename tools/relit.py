@@ -108,17 +108,17 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
         samples: of a finished picture's pixel.
 
     Raises:
-        InputError: there is no such cache, it is damaged, or it was baked from another scene.
+        InputError: there is no such cache, it is damaged, or it was baked from another scene;
+            or there is no driver to draw with.
     """
-    import gpu
-
     from addon.caching.store import CacheStore
     from addon.relight.session import RelightSession
 
     from .cache_check import check_cache
+    from .gpu_context import open_gpu
 
     check_cache(arrays.geometry, cache)
-    gpu.init()
+    open_gpu()
     session = RelightSession(arrays.geometry, CacheStore.open(cache), samples)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)

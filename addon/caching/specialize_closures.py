@@ -378,5 +378,14 @@ _CLOSURES: dict[str, Callable[[_ClosureInputs], Lobes]] = {
     "ShaderNodeBackground": _background,
 }
 
-# What Cycles shows where there is no material: a Diffuse BSDF of 0.8.
-DEFAULT_SURFACE = Lobes(diffuse_color=Constant((0.8, 0.8, 0.8)))
+# What Cycles shows where there is no material (`default_surface` in its src/scene/shader.cpp): a
+# Principled BSDF as it is when new, whose IOR is 1.5.
+_DEFAULT_F0 = (0.5 / 2.5) ** 2
+DEFAULT_SURFACE = Lobes(
+    diffuse_color=Constant((0.8, 0.8, 0.8)),
+    layer_f0=Constant((_DEFAULT_F0,)),
+    layer_f90=ONE,
+    specular_f0=Constant((_DEFAULT_F0,) * 3),
+    specular_f90=Constant((1.0, 1.0, 1.0)),
+    roughness=Constant((0.5,)),
+)

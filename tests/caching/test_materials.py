@@ -258,6 +258,8 @@ def row(tmp_path_factory: pytest.TempPathFactory) -> Baked:
     for maker, x in zip(makers, PLACES.values(), strict=True):
         add_plane(scene, maker.__name__, (x, 0.0, 0.0), maker())
     add_plane(scene, "bare", (0.0, 2.0, 0.0), None)
+    # A new material is a new Principled BSDF.
+    add_plane(scene, "fresh", (4.0, 2.0, 0.0), bpy.data.materials.new("fresh"))
     turned = add_plane(scene, "turned over", (2.0, 2.0, 0.0), bpy.data.materials["mixed"])
     turned.rotation_euler = (np.pi, 0.0, 0.0)
     add_plane(scene, "tilted", (-2.0, 2.0, 0.0), tilted_normal())
@@ -297,7 +299,12 @@ def test_texture_texels(row: Baked) -> None:
 
 
 def test_no_material_is_cycles_default(row: Baked) -> None:
+    for name in PRINCIPLED:
+        bare, fresh = (row.at(name, x, 2.0) for x in (0.0, 4.0))
+        # The default goes from Python to half, a new material through Cycles' float32 nodes.
+        assert bare == pytest.approx(fresh, rel=2 * HALF), name
     assert row.at("diffuse_color", 0.0, 2.0) == pytest.approx(0.8, rel=HALF)
+    assert row.at("layer_f0", 0.0, 2.0) == pytest.approx(0.04, rel=HALF)
     assert row.at("normal", 0.0, 2.0) == pytest.approx([0.0, 0.0, 1.0], abs=HALF)
     number = row.at("material_id", 0.0, 2.0)[0]
     assert row.store.plan.material_names[int(number) - 1] == ""

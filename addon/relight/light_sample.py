@@ -76,18 +76,20 @@ def light_sample(
         seed: of the points' offset.
         touching: whether surfaces reach into the ball of a point or spot light's radius.
     """
+    on_disk = touching and light.has_disk and count > 1
     if k == count - 1 and count % 2 == 1:
-        return LightSample(-light.direction if light.type == "SUN" else light.position, count)
-    start = np.random.default_rng([seed, zlib.crc32(light.name.encode())]).random(3)
-    u = (start + (k // 2) * _STEPS) % 1.0
+        centre = -light.direction if light.type == "SUN" else light.position
+        return LightSample(centre, count, np.zeros(2) if on_disk else None)
+    key = [seed, zlib.crc32(light.name.encode())]
+    u = (np.random.default_rng(key).random(3) + (k // 2) * _STEPS) % 1.0
     side = 1.0 if k % 2 == 0 else -1.0
     position = _place(light, u, side)
-    if not (touching and light.has_disk):
+    if not on_disk:
         return LightSample(position, count)
     # Pairs share their turn, so that of each disk both mirrored points are looked from.
-    turn = np.random.default_rng([seed, zlib.crc32(light.name.encode()), k // 2]).random(3)
-    on_disk = 2.0 * side * light.shadow_soft_size * _on_disk(u)
-    return LightSample(position, count, on_disk, turn)
+    turn = np.random.default_rng([*key, k // 2]).random(3)
+    place = 2.0 * side * light.shadow_soft_size * _on_disk(u)
+    return LightSample(position, count, place, turn)
 
 
 def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:

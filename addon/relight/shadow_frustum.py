@@ -6,8 +6,9 @@ A point light needs all six faces of a cube, an area light the five before it, a
 in one square-celled atlas.
 
 A lamp that touches surfaces is looked from at another point for each face: its place on a disk
-turned along that face. Six or seven disks stand for those that Cycles turns towards each
-receiver, and every sample has them at other angles, which blurs what is left of the steps.
+turned along that face. Seven disks for a spot, twelve for a point light stand for those that
+Cycles turns towards each receiver, and every sample has them at other angles, which blurs what is
+left of the steps.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from ..scene.frame_across import frame_across
 from ..scene.light import Light
 from .light_sample import LightSample
 
-MAX_FACES = 7
+MAX_FACES = 12
 _COLUMNS = 3
 
 # A cone wider than this wastes most of a single plane's texels: tan(60 deg) = 1.7 is already
@@ -157,7 +158,7 @@ def shadow_frustum(
             faces, half_extent = faces[:1], float(np.tan(0.5 * cone))
             resolution = settings.resolution
     elif touching:
-        faces, half_extent = faces @ _rotation(sample.turn), _PARALLAX
+        faces, half_extent = _ball(sample.turn)
     elif cone <= np.pi:
         faces = faces[:5]
     origins = sample.facing(light, -faces[:, 2])
@@ -175,6 +176,18 @@ def shadow_frustum(
         far=far * (1.0 + _MARGIN),
         resolution=resolution,
     )
+
+
+def _ball(turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """(12, 3, 3) faces all around, at the vertices of an icosahedron, and half a face's side."""
+    golden = 0.5 * (1.0 + np.sqrt(5.0))
+    one, other = np.meshgrid([-1.0, 1.0], [-golden, golden])
+    pair = np.stack([np.zeros(4), one.ravel(), other.ravel()], axis=-1)
+    axes = np.concatenate([np.roll(pair, shift, axis=-1) for shift in range(3)])
+    axes = axes / np.hypot(1.0, golden) @ _rotation(turn)
+    # Farthest from every vertex is the middle of a triangle of them.
+    middle = np.arccos(np.sqrt((5.0 + 2.0 * np.sqrt(5.0)) / 15.0))
+    return np.stack([_facing(axis) for axis in axes]), _PARALLAX * float(np.tan(middle))
 
 
 def _rotation(turn: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -178,9 +178,23 @@ def test_lamp_on_a_wall(kind: str) -> None:
     x = np.minimum(0.02 / (0.1 * np.sin(angle)), 1.0)
     want = 1.0 - (np.arccos(x) - x * np.sqrt(1.0 - x * x)) / np.pi
     # The shares range from 0.94 to 0.70, and are all 1 without turned disks. A receiver gets a
-    # mean over disks turned up to 14 degrees off, with a spot's seven, or 45 with a point's six.
-    assert share == pytest.approx(want, abs=0.07 if kind == "SPOT" else 0.2)
-    assert share.mean() == pytest.approx(want.mean(), abs=0.04 if kind == "SPOT" else 0.08)
+    # mean over disks turned up to 14 degrees off with a spot's seven, 37 with a point's twelve.
+    assert share == pytest.approx(want, abs=0.07 if kind == "SPOT" else 0.15)
+    assert share.mean() == pytest.approx(want.mean(), abs=0.04)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5, 16])
+def test_no_light_behind_the_wall_of_a_lamp(count: int) -> None:
+    """No disk of radius 0.1 that is turned less than 44 degrees (37 of the nearest face, and
+    what the faces are wider) reaches a wall 0.08 away: straight behind it no light arrives."""
+    place = np.eye(4)
+    place[2, 3] = 0.08
+    light = Light("l", "POINT", place, 100.0, WHITE, shadow_soft_size=0.1)
+    geometry = geometry_of([square(4.0, 0.0)])
+    surface = surfaces(np.array([[[0.0, 0.0, -2.0]]]), np.array([0.0, 0.0, 1.0]))
+    for k in range(count):
+        sample = light_sample(light, k, count, touching=touches_surface(light, geometry))
+        assert lit(geometry, light, surface, sample=sample).visibility == 0.0
 
 
 def test_contact_with_surfaces() -> None:

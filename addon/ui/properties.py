@@ -6,6 +6,7 @@ from __future__ import annotations
 import bpy
 
 from ..caching.presets import DEFAULT_PRESET, PRESETS
+from ..sampling import PICTURE_SAMPLES
 
 # Blender keeps no strings of its own for an enumeration's items: they must outlive it here.
 _PRESET_ITEMS = tuple((name, name.capitalize(), fine.note) for name, fine in PRESETS.items())
@@ -47,14 +48,14 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             name="Viewport Samples",
             description="Pictures drawn one after the other and averaged while the view stands "
             "still: soft shadows and edges grow smooth",
-            default=16,
+            default=PICTURE_SAMPLES,
             min=1,
             soft_max=256,
         ),
         "render_samples": bpy.props.IntProperty(
             name="Render Samples",
             description="Pictures drawn and averaged for a final render",
-            default=64,
+            default=PICTURE_SAMPLES,
             min=1,
             soft_max=1024,
         ),

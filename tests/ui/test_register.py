@@ -7,6 +7,7 @@ import bpy
 
 import addon
 from addon.ui.engine import ENGINE
+from tools.relume import parser
 
 
 def listed_panels() -> set[str]:
@@ -53,6 +54,12 @@ def test_every_setting_explains_itself(extension: None) -> None:
     for name in names:
         assert len(settings.bl_rna.properties[name].description) > 20
     assert settings.preset == "balanced"
+
+
+def test_a_final_render_takes_as_many_samples_as_the_command_line(extension: None) -> None:
+    words = ["relight", "room.blend", "--cache", "c", "--out", "a.exr"]
+    scene: Any = bpy.context.scene
+    assert parser().parse_args(words).samples == scene.relume.render_samples
 
 
 def test_settings_are_kept_in_the_file(extension: None, tmp_path: Any) -> None:

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.camplace.settings import PlacementSettings
+from addon.sampling import PICTURE_SAMPLES
 
-# Samples of a relit pixel: its error at edges is then below the caching's.
-RELIGHT_SAMPLES = 16
 # Blender's MAXFRAME; its own first frame is the negative of it.
 LAST_FRAME = 1_048_574
 
@@ -31,7 +30,7 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--samples",
         type=positive,
-        default=RELIGHT_SAMPLES,
+        default=PICTURE_SAMPLES,
         metavar="N",
         help="samples of each pixel (default: %(default)s)",
     )

@@ -195,8 +195,9 @@ def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F
 def texture_from_array(pixels: NDArray[np.float32], texture_format: TextureFormat) -> Any:
     """A GPU texture from (H, W, C) or, for an array texture, (layers, H, W, C) float32."""
     components = pixels.shape[-1]
-    buffer = gpu.types.Buffer("FLOAT", pixels.size)
-    np.asarray(buffer)[:] = np.ascontiguousarray(pixels, dtype=np.float32).ravel()
+    # The buffer is a view of the array, which lives until the texture has its copy.
+    values = np.ascontiguousarray(pixels, dtype=np.float32).ravel()
+    buffer = gpu.types.Buffer("FLOAT", values.size, values)
     expected = {"R": 1, "RG": 2, "RGBA": 4}[texture_format.rstrip("0123456789F")]
     if components != expected:
         raise ValueError(f"{texture_format} takes {expected} components, got {components}")

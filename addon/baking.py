@@ -17,6 +17,7 @@ from .camplace.settings import PlacementSettings
 from .progress import Progress, part_of
 from .scene.geometry import SceneGeometry
 from .scene.shot_reader import read_shot
+from .writable import require_folder
 
 # The share of the time that placing takes, of placing and baking.
 PLACING = 0.3
@@ -39,6 +40,7 @@ class Baking:
             InputError: the folder holds another scene's cache, or cannot be written.
         """
         # Asked before the minutes that placing may take.
+        require_folder(self.cache)
         earlier = earlier_cache(self.cache, scene_fingerprint(self.geometry), self.settings)
         goes_on = self.settings.resume or self.settings.only is not None
         if not cameras and goes_on and earlier is not None:

@@ -20,6 +20,7 @@ from .json_lines import run_told
 from .progress import Progress
 from .scene.depsgraph_reader import with_render_depsgraph
 from .scene.geometry_reader import read_geometry
+from .writable import require_folder
 
 
 def main(argv: Sequence[str]) -> int:
@@ -31,6 +32,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _bake(args: argparse.Namespace, progress: Progress) -> BakeReport:
+    require_folder(args.cache)
     scene = bpy.context.scene
     progress(0.0, "Reading the scene")
     cameras = () if args.placement is None else read_cameras(args.placement)

@@ -30,28 +30,35 @@ def main(argv: Sequence[str]) -> int:
             "or set PYTHONPATH and add --python-use-system-env\n"
         )
         return 2
-    arguments = list(argv)
+    from addon.errors import InputError
+    from addon.stopping import stop_signals
+
+    try:
+        # What takes time to load is loaded in this block.
+        with stop_signals():
+            return _bake(list(argv))
+    except InputError as error:
+        sys.stderr.write(f"relume: {error}\n")
+        return 2
+    except KeyboardInterrupt:
+        sys.stderr.write("relume: stopped\n")
+        return 1
+
+
+def _bake(arguments: list[str]) -> int:
+    """The scene's file first among the arguments, if this is not inside Blender."""
+    from tools.scene_file import load_blender, open_scene
+
+    load_blender()
     import bpy
 
     from addon import batch
-    from addon.errors import InputError
-    from addon.stopping import stop_signals
 
     if not bpy.app.binary_path:
         if not arguments or arguments[0].startswith("-"):
             sys.stderr.write("relume: name the .blend file first\n")
             return 2
-        from tools.scene_file import open_scene
-
-        try:
-            with stop_signals():
-                open_scene(Path(arguments.pop(0)))
-        except InputError as error:
-            sys.stderr.write(f"relume: {error}\n")
-            return 2
-        except KeyboardInterrupt:
-            sys.stderr.write("relume: stopped\n")
-            return 1
+        open_scene(Path(arguments.pop(0)))
     return batch.main(arguments)
 
 

@@ -61,12 +61,14 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
     Raises:
         InputError: the folder cannot be written.
     """
+    from .scene_file import load_blender, open_scene
+
+    load_blender()
     from addon.baking import Baking
     from addon.caching.bake import BakeSettings
 
     from . import demo_scene, reference
     from .relit import read_scene, read_views
-    from .scene_file import open_scene
 
     stages = Stages()
     progress(0.0, "building the scene")
@@ -251,16 +253,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="demo", description=__doc__)
     parser.add_argument("--out", type=Path, default=Path("out/demo"), metavar="DIR")
     args = parser.parse_args(argv)
-    with stop_signals(), standard_output() as printed:
-        try:
+    try:
+        with stop_signals(), standard_output() as printed:
             report = run(args.out, stoppable(progress_on(sys.stderr)))
-        except (InputError, OSError) as error:
-            print(f"demo: {error}", file=sys.stderr)
-            return 2
-        except KeyboardInterrupt:
-            print("demo: stopped", file=sys.stderr)
-            return 1
-        printed.write(describe(args.out, report) + "\n")
+            printed.write(describe(args.out, report) + "\n")
+    except (InputError, OSError) as error:
+        print(f"demo: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        print("demo: stopped", file=sys.stderr)
+        return 1
     return 1 if report["missed"] else 0
 
 

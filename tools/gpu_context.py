@@ -4,13 +4,10 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import sys
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 from addon.errors import InputError
+from addon.native_lines import without_lines
 
 from .check_machine import DRIVER_PACKAGE, PACKAGE_OF_LIBRARY, missing_packages
 
@@ -60,23 +57,3 @@ def _no_driver() -> str:
         "EGL finds no driver to draw with on this machine; install Mesa's software driver with "
         f"apt-get install {' '.join(packages)}"
     )
-
-
-@contextmanager
-def without_lines(start: bytes) -> Iterator[None]:
-    """Keep lines that begin so, which C code writes in this block, from standard error.
-
-    The others are written when the block ends, however it ends.
-    """
-    sys.stderr.flush()
-    kept = os.dup(2)
-    with tempfile.TemporaryFile() as told:
-        os.dup2(told.fileno(), 2)
-        try:
-            yield
-        finally:
-            sys.stderr.flush()
-            os.dup2(kept, 2)
-            os.close(kept)
-            told.seek(0)
-            os.write(2, b"".join(line for line in told if not line.startswith(start)))

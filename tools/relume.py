@@ -18,9 +18,6 @@ from addon.errors import InputError
 from addon.progress import Cancelled
 from addon.stopping import stop_signals, stoppable
 
-from .output import progress_on, standard_output, to_json
-from .verbs import VERBS
-
 BAD_INPUT = 2
 FAILURE = 1
 
@@ -30,6 +27,8 @@ _NUMBERS = re.compile(r"-[\d.][^,]*(,[^,]*)+")
 
 def parser() -> argparse.ArgumentParser:
     """All verbs and their arguments."""
+    from .verbs import VERBS
+
     top = argparse.ArgumentParser(
         prog="relume", description="Relight Blender shots from deep framebuffers baked once."
     )
@@ -50,25 +49,37 @@ def main(argv: Sequence[str] | None = None) -> int:
     Args:
         argv: the words after the program's name; None for the process's own.
     """
+    words = sys.argv[1:] if argv is None else list(argv)
+    verb = words[0] if words and not words[0].startswith("-") else ""
+    name = f"relume {verb}".rstrip()
     try:
-        args = parser().parse_args(_with_values(sys.argv[1:] if argv is None else argv))
+        # What takes time to load is loaded in this block.
+        with stop_signals():
+            return _run(words)
+    except InputError as error:
+        return _fail(f"{name}: {_one_line(error)}", BAD_INPUT)
+    except (Cancelled, KeyboardInterrupt):
+        return _fail(f"{name}: stopped", FAILURE)
+    except Exception:  # noqa: BLE001 - the last resort: the trace is the message
+        traceback.print_exc()
+        return _fail(f"{name}: this is a fault in Relume", FAILURE)
+
+
+def _run(words: Sequence[str]) -> int:
+    """Run one verb and print its result; the exit status of all that raises nothing."""
+    try:
+        args = parser().parse_args(_with_values(words))
     except SystemExit as leave:  # argparse: 0 after --help, 2 after a wrong argument
         return int(leave.code or 0)
-    with stop_signals(), standard_output() as out:
-        try:
-            result = args.module.run(args, stoppable(progress_on(sys.stderr)))
-            for warning in result.get("warnings", ()):
-                print(f"note: {warning}", file=sys.stderr, flush=True)
-            text = to_json(result) if args.json else args.module.describe(result)
-            out.write(text + "\n")
-            out.flush()
-        except InputError as error:
-            return _fail(f"relume {args.verb}: {_one_line(error)}", BAD_INPUT)
-        except (Cancelled, KeyboardInterrupt):
-            return _fail(f"relume {args.verb}: stopped", FAILURE)
-        except Exception:  # noqa: BLE001 - the last resort: the trace is the message
-            traceback.print_exc()
-            return _fail(f"relume {args.verb}: this is a fault in Relume", FAILURE)
+    from .output import progress_on, standard_output, to_json
+
+    with standard_output() as out:
+        result = args.module.run(args, stoppable(progress_on(sys.stderr)))
+        for warning in result.get("warnings", ()):
+            print(f"note: {warning}", file=sys.stderr, flush=True)
+        text = to_json(result) if args.json else args.module.describe(result)
+        out.write(text + "\n")
+        out.flush()
     return 0
 
 

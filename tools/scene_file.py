@@ -4,17 +4,30 @@
 from __future__ import annotations
 
 import gzip
+import io
+import sys
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
 from addon.errors import InputError
+from addon.stopping import uninterrupted
 
 PLAIN_MAGIC = b"BLENDER"
 GZIP_MAGIC = b"\x1f\x8b"
 # RFC 8878; Blender compresses in frames, and a skippable frame may stand first.
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 ZSTD_SKIPPABLE = b"\x2a\x4d\x18"
+# Blender prints what it also raises.
+FAILURE_LINE = "Error: Loading "
+
+
+def load_blender() -> None:
+    """Import bpy, which crashes when it is interrupted in that."""
+    with uninterrupted():
+        import bpy  # noqa: F401
 
 
 def check_blend(path: Path) -> None:
@@ -51,11 +64,27 @@ def open_scene(path: Path) -> Any:
         InputError: see `check_blend`; or Blender cannot read the file.
     """
     check_blend(path)
+    load_blender()
     import bpy
 
     try:
-        bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False)
+        with uninterrupted(), _without_failure_line():
+            bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False)
     except RuntimeError as error:
-        reason = " ".join(str(error).removeprefix("Error: ").split())
+        reason = " ".join(str(error).split())
+        # The innermost reason: those around it name the file again.
+        reason = reason.rpartition(f"'{path.resolve()}': ")[2].removeprefix("Error: ")
         raise InputError(f"{path} cannot be opened ({reason}); save it again.") from None
     return bpy.context.scene
+
+
+@contextmanager
+def _without_failure_line() -> Iterator[None]:
+    """Blender prints its reports through `sys.stdout`; the others come when the block ends."""
+    said = io.StringIO()
+    try:
+        with redirect_stdout(said):
+            yield
+    finally:
+        lines = said.getvalue().splitlines(keepends=True)
+        sys.stdout.write("".join(line for line in lines if not line.startswith(FAILURE_LINE)))

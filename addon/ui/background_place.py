@@ -19,6 +19,7 @@ from ..scene.depsgraph_reader import with_render_depsgraph
 from ..scene.geometry_reader import read_geometry
 from ..scene.shot_reader import read_shot
 from ..whole_file import write_errors
+from ..writable import require_folder
 
 
 def main(argv: Sequence[str]) -> int:
@@ -33,6 +34,7 @@ def main(argv: Sequence[str]) -> int:
 
 
 def _place(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
+    require_folder(args.out.parent)
     scene = bpy.context.scene
     geometry = with_render_depsgraph(scene, read_geometry)
     views = read_shot(scene)

@@ -19,6 +19,7 @@ from typing import Any
 import bpy
 
 from ..errors import InputError
+from ..writable import require_folder
 from .background_process import BackgroundProcess
 
 SCRIPT = Path(__file__).with_name("background_script.py")
@@ -147,11 +148,13 @@ def start(label: str, scene: Any, target: Path, steps: Sequence[Step]) -> Job:
     """Start a job whose steps, done one after the other, write into the folder `target`.
 
     Raises:
-        InputError: another one is under way, or the copy could not be saved.
+        InputError: another one is under way, the folder cannot be written, or the copy could not
+            be saved.
     """
     global _current  # noqa: PLW0603 - one at a time in a program, whatever file is open
     if current() is not None:
         raise InputError("Relume is already at work; wait for it or cancel it")
+    require_folder(target)
     _current = Job(label, scene, target, steps)
     return _current
 

@@ -140,6 +140,9 @@ def test_numbers_that_are_too_large(
         (("evaluate", "--out", "FILE/out"), "cannot be written"),
         (("place", "--out", "ABSENT/cameras.json"), "cannot be written"),
         (("place", "--show", "a.pdf"), "not a .png file"),
+        (("bake", "--cache", "FILE"), "cannot be written"),
+        (("bake", "--cache", "FILE/cache"), "cannot be written"),
+        (("bake", "--cache", "/proc/cache"), "cannot be written"),
     ],
 )
 def test_a_place_that_cannot_be_written_is_told_before_the_work(

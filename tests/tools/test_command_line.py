@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -94,6 +95,26 @@ def test_help_starts_without_blender() -> None:
     )
     assert run.stdout.endswith("False\n")
     assert "compare" in run.stdout
+
+
+@pytest.mark.parametrize("program", [("-m", "tools.relume", "bake"), ("tools/bake_cache.py",)])
+def test_an_interrupt_waits_until_blender_is_loaded(
+    tmp_path: Path, program: tuple[str, ...]
+) -> None:
+    lines = (
+        "import os, signal, sys",
+        "os.kill(os.getpid(), signal.SIGINT)",
+        "sys.stderr.write('all')",
+    )
+    (tmp_path / "bpy.py").write_text("\n".join(lines))
+    run = subprocess.run(
+        [sys.executable, *program, "a.blend", "--cache", tmp_path / "cache"],
+        capture_output=True, text=True, cwd=ROOT, check=False, timeout=60,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+    )  # fmt: skip
+    name = "relume bake" if "-m" in program else "relume"
+    assert (run.returncode, run.stdout) == (1, "")
+    assert run.stderr == f"all{name}: stopped\n"
 
 
 def test_a_fault_ends_with_1(pictures: tuple[Path, Path]) -> None:

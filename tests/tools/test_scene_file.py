@@ -55,12 +55,16 @@ def test_every_way_in_which_blender_saves_is_taken(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("compress", [False, True])
-def test_a_truncated_file_is_named(tmp_path: Path, compress: bool) -> None:
+def test_a_truncated_file_is_named_once(
+    tmp_path: Path, compress: bool, capfd: pytest.CaptureFixture[str]
+) -> None:
     import bpy
 
     bpy.ops.wm.read_factory_settings()
     path = tmp_path / "short.blend"
     bpy.ops.wm.save_as_mainfile(filepath=str(path), compress=compress)
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 3])
-    with pytest.raises(InputError, match=r"short\.blend cannot be opened"):
+    with pytest.raises(InputError, match=r"short\.blend cannot be opened \(Missing DNA") as caught:
         open_scene(path)
+    assert str(caught.value).count("short.blend") == 1
+    assert "Error" not in "".join(capfd.readouterr())

@@ -8,6 +8,7 @@ from typing import Any
 
 from addon.bake_arguments import add_bake_arguments
 from addon.progress import Progress, part_of
+from addon.writable import require_folder
 
 from . import arguments
 
@@ -23,12 +24,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Bake."""
+    require_folder(args.cache)
+
+    from ..scene_file import load_blender, open_scene
+
+    load_blender()
     from addon.baking import Baking
     from addon.caching.bake import BakeSettings
     from addon.camplace.cameras_file import read_cameras
 
     from ..relit import read_scene
-    from ..scene_file import open_scene
 
     cameras = read_cameras(args.placement) if args.placement is not None else ()
     progress(0.0, f"opening {args.scene.name}")

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from addon.progress import Progress
+from addon.writable import require_folder
 
 from .. import comparison
 from ..picture_file import read_picture
-from ..writable import require_folder
 
 NAME = "compare"
 HELP = (

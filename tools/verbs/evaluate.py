@@ -9,10 +9,10 @@ from typing import Any
 
 from addon.bake_arguments import add_preset
 from addon.progress import Progress, part_of
+from addon.writable import require_folder
 
 from ..output import to_json
 from ..unique_names import folder_names
-from ..writable import require_folder
 from . import arguments
 
 NAME = "evaluate"
@@ -48,6 +48,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Relight, render, measure and write the report."""
+    require_folder(args.out)
+    if args.cache is not None:
+        require_folder(args.cache)
+
+    from ..scene_file import load_blender, open_scene
+
+    load_blender()
     from addon.baking import Baking
     from addon.caching.bake import BakeSettings
     from addon.caching.presets import DEFAULT_PRESET
@@ -57,9 +64,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..cache_check import cached_preset
     from ..contact_sheet import write_sheet
     from ..relit import camera_names, open_session, read_scene, read_views, require_light
-    from ..scene_file import open_scene
 
-    require_folder(args.out)
     edits = read_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)

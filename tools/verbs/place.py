@@ -11,8 +11,8 @@ import numpy as np
 
 from addon.errors import InputError
 from addon.progress import Progress, part_of
+from addon.writable import require_file
 
-from ..writable import require_file
 from . import arguments
 
 NAME = "place"
@@ -37,15 +37,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Place, and write what was asked for."""
+    _check_places(args.out, args.show)
+
+    from ..scene_file import load_blender, open_scene
+
+    load_blender()
     from addon.camplace.cameras_file import write_cameras
     from addon.camplace.place import place_cameras
     from addon.scene.shot_reader import read_shot
 
     from ..relit import read_scene
-    from ..scene_file import open_scene
     from ..weights import read_weights, with_weights
 
-    _check_places(args.out, args.show)
     weights = read_weights(args.weights) if args.weights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)

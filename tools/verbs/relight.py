@@ -13,9 +13,9 @@ import numpy as np
 from addon.bake_arguments import add_cache
 from addon.errors import InputError
 from addon.progress import Progress, part_of
+from addon.writable import require_file
 
 from ..unique_names import unique_names
-from ..writable import require_file
 from . import arguments
 
 NAME = "relight"
@@ -44,6 +44,9 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         raise InputError(f"{args.out} is neither an .exr nor a .png file; name one of these.")
     require_file(args.out)
 
+    from ..scene_file import load_blender, open_scene
+
+    load_blender()
     from addon.relight.edits import applied_edits, read_edits
 
     from ..display import write_display_png
@@ -55,7 +58,6 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         read_views,
         require_light,
     )
-    from ..scene_file import open_scene
 
     edits = read_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")

@@ -6,8 +6,8 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from addon.errors import InputError
-from addon.whole_file import write_errors
+from .errors import InputError
+from .whole_file import write_errors
 
 
 def require_file(path: Path, *, in_new_folder: bool = True) -> None:

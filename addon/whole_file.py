@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,26 +28,43 @@ def replacing(path: Path, remedy: str = "choose another place") -> Iterator[Path
     temporary name holds this process's number.
 
     Args:
-        path: the file; an existing one is replaced.
+        path: the file; an existing one is replaced, and where it is a link, what that leads to.
         remedy: what to do if it cannot be written, for the error.
 
     Raises:
         InputError: the file cannot be written, by an OSError, or by a RuntimeError, which is
-            what libraries that write files raise.
+            what libraries that write files raise; or there is something other than a file.
     """
-    if not path.name:
-        raise InputError(f"{path} cannot be written: it is a folder; {remedy}")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    place = place_of(path, remedy)
+    temporary = place.with_name(f".{place.name}.{os.getpid()}.part")
     with write_errors(path, remedy):
         try:
             yield temporary
             with temporary.open("rb+") as file:
                 os.fsync(file.fileno())
-            temporary.replace(path)
+            temporary.replace(place)
         except RuntimeError as error:
             raise _cause(temporary, error) from error
         finally:
             temporary.unlink(missing_ok=True)
+
+
+def place_of(path: Path, remedy: str = "choose another place") -> Path:
+    """Where a file for `path` is to be put: there, or where it leads to as a link.
+
+    Raises:
+        InputError: a folder, a device or anything else that is no file is there.
+    """
+    place = Path(os.path.realpath(path))
+    with write_errors(path, remedy):
+        try:
+            mode = place.stat().st_mode
+        except FileNotFoundError:
+            return place
+    if stat.S_ISREG(mode):
+        return place
+    what = "it is a folder" if stat.S_ISDIR(mode) else "it is not a regular file"
+    raise InputError(f"{path} cannot be written: {what}; {remedy}")
 
 
 @contextmanager

@@ -6,8 +6,7 @@ from __future__ import annotations
 import tempfile
 from pathlib import Path
 
-from .errors import InputError
-from .whole_file import write_errors
+from .whole_file import place_of, write_errors
 
 
 def require_file(path: Path, *, in_new_folder: bool = True) -> None:
@@ -18,11 +17,10 @@ def require_file(path: Path, *, in_new_folder: bool = True) -> None:
         in_new_folder: its folder will be made.
 
     Raises:
-        InputError: it is a folder, or its folder cannot be written.
+        InputError: something is there that is no file, or its folder cannot be written.
     """
-    if path.is_dir():
-        raise InputError(f"{path} cannot be written: it is a folder; choose another place")
-    _try(path, _existing(path.parent) if in_new_folder else path.parent)
+    folder = place_of(path).parent
+    _try(path, _existing(folder) if in_new_folder else folder)
 
 
 def require_folder(folder: Path) -> None:

@@ -15,6 +15,7 @@ import pytest
 from addon.camplace.cameras_file import write_cameras
 from addon.errors import InputError
 from addon.whole_file import replacing
+from addon.writable import require_file
 from tools.picture_file import write_exr, write_png
 
 
@@ -72,6 +73,35 @@ def test_refusals_are_one_sentence(tmp_path: Path, code: int, reason: str) -> No
 def test_a_folder_is_no_place_for_a_file(path: str) -> None:
     with pytest.raises(InputError, match="it is a folder"), replacing(Path(path)):
         pytest.fail("there is nothing to write")
+
+
+def test_a_link_stays_and_what_it_leads_to_is_replaced(tmp_path: Path) -> None:
+    for folder in ("here", "there"):
+        (tmp_path / folder).mkdir()
+    link, note = tmp_path / "here" / "link.txt", tmp_path / "there" / "note.txt"
+    link.symlink_to(Path("..", "there", "note.txt"))
+    for text in ("new", "newer"):  # there is nothing at its end at first
+        require_file(link)
+        with replacing(link) as part:
+            part.write_text(text)
+        assert note.read_text() == text
+        assert link.is_symlink()
+    assert [p.name for p in (*link.parent.iterdir(), *note.parent.iterdir())] == [
+        "link.txt",
+        "note.txt",
+    ]
+
+
+def test_what_is_no_file_is_refused_and_stays(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "circle").symlink_to("circle")
+    for name, reason in (("pipe", "not a regular file"), ("circle", "symbolic links")):
+        path = tmp_path / name
+        with pytest.raises(InputError, match=f"{name} cannot be written: .*{reason}"):
+            require_file(path)
+        with pytest.raises(InputError, match=reason), replacing(path):
+            pytest.fail("there is nothing to write")
+    assert {p.name for p in tmp_path.iterdir()} == {"pipe", "circle"}
 
 
 def test_a_library_that_wrote_nothing_and_said_nothing(tmp_path: Path) -> None:

@@ -12,13 +12,17 @@ from numpy.typing import NDArray
 from ..errors import InputError
 from .cutout_reader import CutoutSource, read_cutout_source
 from .geometry import Cutout, SceneGeometry
-from .mesh_reader import MESH_TYPES, MeshArrays, read_mesh
-
-# Custom property on objects and materials: how much the artist cares, 0 to 1.
-WEIGHT_PROPERTY = "relume_weight"
+from .mesh_reader import MESH_TYPES, WEIGHT_NAME, MeshArrays, read_mesh
 
 # The name under which triangles without a material are kept.
 NO_MATERIAL = ""
+
+# What is farther away than this, in metres, is as good as infinite: the squares of distances that
+# tracing rays needs would overflow float32 at 1.8e19.
+FARTHEST = 1e18
+
+# Triangles whose area is computed at once; memory stays small beside the mesh's own.
+_CHUNK = 1 << 18
 
 # Geometry that Cycles renders and that has no triangles to read.
 _NOT_A_MESH = {"CURVES", "POINTCLOUD", "VOLUME"}
@@ -27,8 +31,9 @@ _NOT_A_MESH = {"CURVES", "POINTCLOUD", "VOLUME"}
 def read_geometry(depsgraph: Any) -> SceneGeometry:
     """All that Cycles would render as triangles from this dependency graph.
 
-    Left out: holdouts, non-finite and degenerate triangles (counted in a warning), and
-    geometry that has no mesh (hair, point clouds, volumes; named in a warning).
+    Left out: holdouts, non-finite triangles (counted in a warning) and degenerate ones, and
+    geometry that has no mesh (hair, point clouds, volumes; named in a warning). A triangle's
+    weight is the product of its object's, its instancer's, its material's and its mesh's.
 
     Raises:
         InputError: the scene shows no triangle.
@@ -74,6 +79,12 @@ class _Part:
         """(T,) indices into the scene's materials."""
         return self.material_of_slot[np.minimum(self.mesh.slot, len(self.material_of_slot) - 1)]
 
+    def weights(self) -> NDArray[np.float32]:
+        """(T,) what the artist painted on the mesh; 1 where nothing is."""
+        if self.mesh.weight is None:
+            return np.ones(len(self.mesh.triangles), dtype=np.float32)
+        return self.mesh.weight
+
     def uv(self, map_of_material: list[str | None]) -> NDArray[np.float32]:
         """(T, 3, 2): each triangle's coordinates in the map that its material's mask uses."""
         ids = self.material_id()
@@ -111,7 +122,10 @@ class _Collector:
             )
         if evaluated.type not in MESH_TYPES:
             return
-        if evaluated.is_holdout or original.holdout_get(view_layer=view_layer):
+        # Cycles asks who instances an object, and not the object, whether it is held out; its
+        # ray visibility counts with that of its instancer.
+        instancer = instance.parent if instance.is_instance else evaluated
+        if instancer.holdout_get(view_layer=view_layer):
             self.warn(f"object '{original.name}' is a holdout and was left out")
             return
         mesh = self._mesh(evaluated)
@@ -123,9 +137,10 @@ class _Collector:
                 np.array(instance.matrix_world, dtype=np.float64),
                 np.array([self._material(m) for m in _slot_materials(evaluated)], dtype=np.int32),
                 original.name,
-                _weight(original),
-                bool(evaluated.visible_camera),
-                bool(evaluated.visible_shadow),
+                _weights(original, instancer.original),
+                bool(evaluated.visible_camera and instancer.visible_camera)
+                and not instancer.indirect_only_get(view_layer=view_layer),
+                bool(evaluated.visible_shadow and instancer.visible_shadow),
             )
         )
 
@@ -153,27 +168,27 @@ def _clean(collector: _Collector) -> SceneGeometry:
     parts = collector.parts
     counts = [len(part.mesh.triangles) for part in parts]
     offsets = np.cumsum([0, *(len(part.mesh.vertices) for part in parts[:-1])]).astype(np.int32)
-    vertices = np.concatenate([part.vertices() for part in parts])
+    # Infinity times a rotation's zero is not a number.
+    with np.errstate(invalid="ignore"):
+        vertices = np.concatenate([part.vertices() for part in parts])
     triangles = np.concatenate(
         [part.triangles() + offset for part, offset in zip(parts, offsets, strict=True)]
     )
     object_id = np.repeat(np.arange(len(parts), dtype=np.int32), counts)
     material_id = np.concatenate([part.material_id() for part in parts])
 
-    finite_vertex = np.isfinite(vertices).all(axis=1)
+    with np.errstate(invalid="ignore"):
+        finite_vertex = (np.abs(vertices) < FARTHEST).all(axis=1)
     finite = finite_vertex[triangles].all(axis=1)
     if not finite.all():
         broken = sorted({parts[i].name for i in np.unique(object_id[~finite])})
         collector.warn(
-            f"{int((~finite).sum())} triangles with coordinates that are not finite were left "
-            f"out ({', '.join(broken[:5])}{' …' if len(broken) > 5 else ''})"
+            f"{int((~finite).sum())} triangles with coordinates that are not finite, or beyond "
+            f"{FARTHEST:.0e} m, were left out "
+            f"({', '.join(broken[:5])}{' …' if len(broken) > 5 else ''})"
         )
         vertices = np.where(finite_vertex[:, None], vertices, 0.0)
-    corner = vertices[triangles]
-    doubled_area = np.linalg.norm(
-        np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1
-    )
-    keep = finite & (doubled_area > 0.0)
+    keep = finite & _have_area(vertices, triangles)
     if not keep.any():
         raise InputError("every triangle of the scene is degenerate; give the meshes an area")
 
@@ -183,6 +198,8 @@ def _clean(collector: _Collector) -> SceneGeometry:
         uv = np.concatenate([part.uv(map_of_material) for part in parts])[keep]
     object_weight = np.array([part.weight for part in parts])
     weight = object_weight[object_id] * np.array(collector.material_weights)[material_id]
+    if any(part.mesh.weight is not None for part in parts):
+        weight *= np.concatenate([part.weights() for part in parts])
     return SceneGeometry(
         vertices=vertices,
         triangles=triangles[keep],
@@ -203,6 +220,15 @@ def _clean(collector: _Collector) -> SceneGeometry:
     )
 
 
+def _have_area(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """(T,) whether each triangle's corners span a plane."""
+    result = np.empty(len(triangles), dtype=np.bool_)
+    for start in range(0, len(triangles), _CHUNK):
+        a, b, c = (vertices[corner] for corner in triangles[start : start + _CHUNK].T)
+        result[start : start + _CHUNK] = np.cross(b - a, c - a).any(axis=1)
+    return result
+
+
 def _slot_materials(evaluated: Any) -> list[Any]:
     """The original material of each slot; at least one entry, None for no material."""
     slots = [slot.material for slot in evaluated.material_slots]
@@ -211,7 +237,14 @@ def _slot_materials(evaluated: Any) -> list[Any]:
     return [m.original if m is not None else None for m in slots] or [None]
 
 
+def _weights(original: Any, instancer: Any) -> float:
+    """An object's weight, times that of another object that instances it."""
+    return _weight(original) * (_weight(instancer) if instancer != original else 1.0)
+
+
 def _weight(block: Any) -> float:
     """The artist's weight of an object or material; 1 where none is set."""
-    value = block.get(WEIGHT_PROPERTY, 1.0) if block is not None else 1.0
-    return float(min(max(value, 0.0), 1.0)) if isinstance(value, int | float) else 1.0
+    value = block.get(WEIGHT_NAME, 1.0) if block is not None else 1.0
+    if not isinstance(value, int | float) or np.isnan(value):
+        return 1.0
+    return float(min(max(value, 0.0), 1.0))

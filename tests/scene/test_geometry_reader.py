@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+import time
+
 import bpy
 import numpy as np
 import pytest
@@ -179,3 +181,190 @@ def test_an_alpha_that_cannot_be_read_is_named(scene: bpy.types.Scene) -> None:
     geometry = read(scene)
     assert not geometry.cutouts
     assert any("'Cloudy'" in line and "Noise" in line for line in geometry.warnings)
+
+
+def instanced(scene: bpy.types.Scene, *objects: bpy.types.Object) -> bpy.types.Object:
+    """Objects moved into a collection that an empty instances."""
+    inner = bpy.data.collections.new("Inner")
+    for obj in objects:
+        scene.collection.objects.unlink(obj)
+        inner.objects.link(obj)
+    empty = bpy.data.objects.new("Instancer", None)
+    empty.instance_type = "COLLECTION"
+    empty.instance_collection = inner
+    scene.collection.objects.link(empty)
+    return empty
+
+
+def subdivided(obj: bpy.types.Object, levels: int) -> None:
+    modifier = obj.modifiers.new("Subdivide", "SUBSURF")
+    modifier.subdivision_type = "SIMPLE"
+    modifier.levels = modifier.render_levels = levels
+
+
+def test_objects_that_share_a_mesh_have_their_own_modifiers(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Plane")
+    other = bpy.data.objects.new("Other", plane.data)
+    scene.collection.objects.link(other)
+    subdivided(other, 2)
+    geometry = read(scene)
+    assert np.bincount(geometry.object_id).tolist() == [2, 32]
+
+
+def node_instances(obj: bpy.types.Object, *primitives: str) -> None:
+    """Geometry nodes that add an instance of each mesh primitive."""
+    tree = bpy.data.node_groups.new("Instances", "GeometryNodeTree")
+    tree.interface.new_socket("Geometry", in_out="OUTPUT", socket_type="NodeSocketGeometry")
+    output, joined = tree.nodes.new("NodeGroupOutput"), tree.nodes.new("GeometryNodeJoinGeometry")
+    for primitive in primitives:
+        instance = tree.nodes.new("GeometryNodeGeometryToInstance")
+        tree.links.new(tree.nodes.new(primitive).outputs["Mesh"], instance.inputs[0])
+        tree.links.new(instance.outputs[0], joined.inputs[0])
+    tree.links.new(joined.outputs[0], output.inputs[0])
+    obj.modifiers.new("Nodes", "NODES").node_group = tree
+
+
+def test_instances_that_geometry_nodes_make(scene: bpy.types.Scene) -> None:
+    obj = add_mesh(scene, "Host")
+    node_instances(obj, "GeometryNodeMeshCube", "GeometryNodeMeshIcoSphere")
+    geometry = read(scene)
+    assert sorted(np.bincount(geometry.object_id)) == [12, 20]
+    assert set(geometry.object_names) == {"Host"}
+
+
+def test_a_mirrored_instance_keeps_its_normals(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Plane")
+    plane.scale = (1.0, -1.0, 1.0)
+    empty = instanced(scene, plane)
+    empty.scale = (1.0, 1.0, -1.0)
+    assert np.allclose(read(scene).normal, [0, 0, -1])
+
+
+def test_what_an_instancer_hides_is_hidden(scene: bpy.types.Scene) -> None:
+    empty = instanced(scene, add_mesh(scene, "Plane"))
+    empty.visible_camera = False
+    geometry = read(scene)
+    assert not geometry.camera_visible.any()
+    assert geometry.shadow_visible.all()
+
+
+def test_holdouts_are_left_out(scene: bpy.types.Scene) -> None:
+    add_mesh(scene, "Shown")
+    add_mesh(scene, "Held out").is_holdout = True
+    empty = instanced(scene, add_mesh(scene, "Instanced"))
+    behind = bpy.data.collections.new("Behind")
+    scene.collection.children.link(behind)
+    scene.collection.objects.unlink(empty)
+    behind.objects.link(empty)
+    layer = scene.view_layers[0].layer_collection.children["Behind"]
+    layer.holdout = True
+    geometry = read(scene)
+    assert geometry.object_names == ("Shown",)
+    assert sum("holdout" in line for line in geometry.warnings) == 2
+    # Seen in reflections only: there, but not for cameras.
+    layer.holdout, layer.indirect_only = False, True
+    geometry = read(scene)
+    seen = np.array(geometry.object_names)[np.unique(geometry.object_id[geometry.camera_visible])]
+    assert seen.tolist() == ["Shown"]
+    assert len(geometry) == 4
+
+
+def test_the_same_triangles_twice_are_two_objects(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Plane")
+    scene.collection.objects.link(bpy.data.objects.new("Again", plane.data))
+    geometry = read(scene)
+    corners = geometry.vertices[geometry.triangles]
+    np.testing.assert_array_equal(corners[:2], corners[2:])
+    assert geometry.object_id.tolist() == [0, 0, 1, 1]
+
+
+def test_an_instancer_weighs_too(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Plane")
+    plane["relume_weight"] = 0.5
+    instanced(scene, plane)["relume_weight"] = 0.5
+    assert np.allclose(read(scene).weight, 0.25)
+
+
+@pytest.mark.parametrize(("value", "weight"), [(2.0, 1.0), (-1, 0.0), (float("nan"), 1.0),
+                                               ("much", 1.0)])  # fmt: skip
+def test_weights_that_make_no_sense(scene: bpy.types.Scene, value: object, weight: float) -> None:
+    add_mesh(scene, "Plane")["relume_weight"] = value
+    assert np.allclose(read(scene).weight, weight)
+
+
+def test_painted_weights_are_means_over_the_corners(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Plane")
+    plane.vertex_groups.new(name="bones").add([0, 1, 2, 3], 1.0, "REPLACE")
+    group = plane.vertex_groups.new(name="relume_weight")
+    group.add([0], 0.6, "REPLACE")
+    group.add([1], 0.3, "REPLACE")
+    plane["relume_weight"] = 0.5
+    add_mesh(scene, "Plain")
+    geometry = read(scene)
+    of_vertex = np.array([0.6, 0.3, 0.0, 0.0])  # outside of the group is 0, as it is painted
+    corners = geometry.triangles[geometry.object_id == 0]
+    # float32's rounding of three weights
+    np.testing.assert_allclose(
+        geometry.weight[geometry.object_id == 0],
+        0.5 * of_vertex[corners].mean(axis=1), rtol=1e-6,
+    )  # fmt: skip
+    assert (geometry.weight[geometry.object_id == 1] == 1.0).all()
+
+
+def test_painted_weights_go_through_modifiers_and_instances(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Plane")
+    group = plane.vertex_groups.new(name="relume_weight")
+    for vertex in plane.data.vertices:
+        group.add([vertex.index], vertex.co.x, "REPLACE")
+    subdivided(plane, 3)
+    array = plane.modifiers.new("Array", "ARRAY")
+    array.count = 2
+    array.use_relative_offset, array.use_constant_offset = False, True
+    array.constant_offset_displace = (0.0, 2.0, 0.0)
+    instanced(scene, plane).location = (5.0, 0.0, 0.0)
+    geometry = read(scene)
+    assert len(geometry) == 2 * 2 * 64
+    # Interpolated linearly, so that it is x still; float32's rounding near x = 5
+    x = geometry.vertices[geometry.triangles][..., 0].mean(axis=1) - 5.0
+    np.testing.assert_allclose(geometry.weight, x, atol=1e-6)
+
+
+@pytest.mark.parametrize("domain", ["POINT", "CORNER", "FACE"])
+def test_an_attribute_weighs_as_a_group_does(scene: bpy.types.Scene, domain: str) -> None:
+    plane = add_mesh(scene, "Plane", [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)],
+                     [(0, 1, 2), (2, 1, 3)])  # fmt: skip
+    attribute = plane.data.attributes.new("relume_weight", "FLOAT", domain)
+    values = {"POINT": [0, 0, 0.3, 0.9], "CORNER": [0, 0, 0.3, 0.3, 0, 0.9], "FACE": [0.1, 0.4]}
+    attribute.data.foreach_set("value", values[domain])
+    np.testing.assert_allclose(read(scene).weight, [0.1, 0.4], rtol=1e-6)  # float32's rounding
+
+
+def test_coordinates_that_are_not_finite_by_any_way(scene: bpy.types.Scene) -> None:
+    add_mesh(scene, "Good")
+    infinite = add_mesh(scene, "Infinite").data
+    infinite.attributes["position"].data.foreach_set("vector", [float("inf")] * 12)
+    # A square of it overflows float32.
+    add_mesh(scene, "Huge").data.vertices[2].co = (1e30, 1e30, 0)
+    bend = add_mesh(scene, "Bent")
+    bend.data.vertices[1].co = (float("nan"), 0, 0)
+    subdivided(bend, 1)
+    geometry = read(scene)
+    assert np.isfinite(geometry.vertices).all()
+    (warning,) = [line for line in geometry.warnings if "not finite" in line]
+    assert "(Bent, Huge, Infinite)" in warning
+    assert set(np.array(geometry.object_names)[geometry.object_id]) == {"Good"}
+
+
+def test_thousands_of_instances_are_read_in_seconds(scene: bpy.types.Scene) -> None:
+    number = 5000
+    empties = [instanced(scene, add_mesh(scene, "Leaf"))]
+    for place in range(1, number):
+        empty = empties[0].copy()
+        empty.location = (2.0 * place, 0.0, 0.0)
+        scene.collection.objects.link(empty)
+    started = time.perf_counter()
+    geometry = read(scene)
+    # About 0.4 s on one core, most of it Blender's; a loop over triangles is not in it.
+    assert time.perf_counter() - started < 5.0
+    assert np.bincount(geometry.object_id).tolist() == [2] * number
+    assert np.allclose(geometry.bounds, [[0, 0, 0], [2 * number - 1, 1, 0]])

@@ -31,6 +31,7 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
+from ..native_lines import without_lines
 from ..whole_file import replacing, write_errors
 from .channels import CHANNEL_BY_NAME
 from .folder_lock import locked
@@ -43,6 +44,12 @@ MANIFEST_NAME = "manifest.json"
 WORLD_NAME = "world.exr"
 _BAKE_AGAIN = "bake the cache again"
 _ELSEWHERE = "choose another folder"
+
+# OpenEXR's wheel exports its C functions. In a Blender that loads its own, older OpenEXR as a
+# shared library, that one's take their place, and the wheel's settings for kinds of compression
+# that are newer than it find no part to apply to: two lines for each part, none of which is
+# compressed so. No wheel for Python 3.14 is as old as Blender's library.
+_HARMLESS = b"<compression>: (EXR_ERR_ARGUMENT_OUT_OF_RANGE) Part index (0) out of range"
 
 # Writing one file takes seconds; a temporary file older than this has no writer any more.
 _PART_SECONDS = 3600.0
@@ -365,7 +372,8 @@ def _write_parts(path: Path, parts: Mapping[str, NDArray[Any]]) -> None:
             "compression": OpenEXR.ZIP_COMPRESSION,
         }
         exr_parts.append(OpenEXR.Part(header, channels, name))
-    OpenEXR.File(exr_parts).write(str(path))
+    with without_lines(_HARMLESS):
+        OpenEXR.File(exr_parts).write(str(path))
 
 
 def _read_parts(path: Path) -> dict[str, NDArray[np.floating]]:

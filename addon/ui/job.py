@@ -45,6 +45,9 @@ class Job:
         result: what the child gave at its end.
         error: one sentence once it has failed, else "".
         done: it has ended.
+
+    Raises:
+        InputError: the copy could not be saved, or the process not started.
     """
 
     def __init__(self, label: str, scene: Any, target: Path, steps: Sequence[Step]):
@@ -56,13 +59,24 @@ class Job:
         self.error = ""
         self.done = False
         self._target = target
-        self._folder = Path(tempfile.mkdtemp(prefix="relume-"))
+        try:
+            self._folder = Path(tempfile.mkdtemp(prefix="relume-"))
+            self._process = self._start(steps)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise InputError(
+                f"Blender cannot be started in the background: {reason}; free some space in the "
+                "folder for temporary files, and some memory"
+            ) from error
+
+    def _start(self, steps: Sequence[Step]) -> BackgroundProcess:
+        """The child, at work on a copy; the folder goes if there is none."""
         try:
             blend = save_copy(self._folder)
             temporary = self._folder / "temporary"
             temporary.mkdir()
             environment = os.environ | dict.fromkeys(_TEMPORARY, str(temporary))
-            self._process = BackgroundProcess(command(blend, steps), environment)
+            return BackgroundProcess(command(blend, steps), environment)
         except BaseException:
             shutil.rmtree(self._folder, ignore_errors=True)
             raise
@@ -149,7 +163,7 @@ def start(label: str, scene: Any, target: Path, steps: Sequence[Step]) -> Job:
 
     Raises:
         InputError: another one is under way, the folder cannot be written, or the copy could not
-            be saved.
+            be saved, or the process not started.
     """
     global _current  # noqa: PLW0603 - one at a time in a program, whatever file is open
     if current() is not None:

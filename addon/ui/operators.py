@@ -134,7 +134,9 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
 
     bl_idname = "relume.place"
     bl_label = "Place"
-    bl_description = "Find places for the caching cameras, and show them in the scene"
+    bl_description = (
+        "Find new places for the caching cameras, by the numbers above, and show them in the scene"
+    )
     bl_options = {"REGISTER", "UNDO"}
 
     def start(self, scene: Any) -> job.Job:
@@ -153,8 +155,8 @@ class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
     bl_idname = "relume.bake"
     bl_label = "Bake"
     bl_description = (
-        "Have Cycles bake the caching cameras' pictures, in the background. "
-        "Cameras that are baked already and current are kept"
+        "Have Cycles bake the caching cameras that Place put, in the background; without any they "
+        "are placed first. Cameras that are baked already and current are kept"
     )
     bl_options = {"REGISTER"}
 

@@ -3,7 +3,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
+import os
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -133,6 +136,35 @@ def test_a_failure_is_told_in_the_childs_own_words(
     scene.relume.cache_folder = str(tmp_path)
     with pytest.raises(RuntimeError, match="the disk is full"):
         bpy.ops.relume.bake()
+
+
+@pytest.mark.parametrize("place", ["mkdtemp", "Popen"])
+def test_a_job_that_cannot_start_is_told_and_leaves_nothing(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, place: str
+) -> None:
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    monkeypatch.setattr(tempfile, "tempdir", None)
+    module = {"mkdtemp": "tempfile", "Popen": "subprocess"}[place]
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path / "cache")
+    monkeypatch.setattr(f"{module}.{place}", full)
+    with pytest.raises(RuntimeError, match="cannot be started in the background: No space left"):
+        bpy.ops.relume.bake()
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_work(
+    extension: None, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path / "file" / "cache")
+    for start in (bpy.ops.relume.place, bpy.ops.relume.bake):
+        with pytest.raises(RuntimeError, match="cannot be written: Not a directory"):
+            start()
 
 
 def test_place_needs_a_camera_and_a_folder(extension: None, tmp_path: Path) -> None:

@@ -18,6 +18,10 @@ LEAST_COSINE = 0.15
 # What being seen at all is worth, out of 1; the rest is earned by density. A hole costs a
 # picture far more than a blur does, so density only decides once few holes are left to fill.
 SEEN = 0.9
+# A sample is well seen when some camera sees it at a usable angle and no texel is longer than
+# this many of the view's pixels there. At two the texture loses its last octave, the one that a
+# pixel filter of the usual width takes half away already; at four a blur is plain to see.
+WELL_TEXEL = 2.0
 
 
 @dataclass(frozen=True)
@@ -44,17 +48,18 @@ def visible_from(
     lift: NDArray[np.float64],
     rays: RayCaster,
     wanted: NDArray[np.int64],
+    *,
+    least_cosine: float = LEAST_COSINE,
 ) -> NDArray[np.int64]:
     """Those of the samples `wanted` (W,) that a camera at `place` (3,) sees in any direction.
 
     A sample is seen from its own side only: a cache holds one side of a two-sided sheet, and
-    the other side may look different. `lift` (S,) is where rays leave the surface.
+    the other side may look different. `lift` (S,) is where rays leave the surface. The cosine
+    between the normal and the way to the place is above 0 and at least `least_cosine`.
     """
+    cosine = _cosines(place, samples, wanted)
+    facing = (cosine > 0.0) & (cosine >= least_cosine)
     point, normal = samples.point[wanted], samples.normal[wanted]
-    towards = place - point
-    cosine = np.einsum("sx,sx->s", towards, normal)
-    cosine /= np.maximum(np.linalg.norm(towards, axis=-1), np.finfo(np.float64).tiny)
-    facing = cosine >= LEAST_COSINE
     facing_index = wanted[facing]
     start = point[facing] + lift[facing_index, None] * normal[facing]
     return facing_index[~rays.occluded(start, place)]
@@ -66,6 +71,25 @@ def seen_by_camera(camera: CachingCamera, samples: Samples, visible: NDArray[np.
     inside = (place[:, 2] > 0.0) & (np.abs(place[:, :2] - 0.5) <= 0.5).all(axis=-1)
     index = visible[inside]
     return Seen(index, texel_size(camera, samples, index))
+
+
+def seen_by(
+    camera: CachingCamera, samples: Samples, lift: NDArray[np.float64], rays: RayCaster
+) -> NDArray[np.int64]:
+    """The samples in the camera's picture with a free line of sight, however flat it is."""
+    place = camera.project(samples.point)
+    inside = (place[:, 2] > 0.0) & (np.abs(place[:, :2] - 0.5) <= 0.5).all(axis=-1)
+    return visible_from(
+        camera.origin, samples, lift, rays, np.flatnonzero(inside), least_cosine=0.0
+    )
+
+
+def well_seen_by(
+    camera: CachingCamera, samples: Samples, index: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """Those of the samples `index` (V,), which the camera sees, that it sees well."""
+    usable = index[_cosines(camera.origin, samples, index) >= LEAST_COSINE]
+    return usable[texel_size(camera, samples, usable) <= WELL_TEXEL]
 
 
 def texel_size(
@@ -115,6 +139,15 @@ def joined(quality: NDArray[np.float64], seen: Seen) -> NDArray[np.float64]:
     result = quality.copy()
     result[seen.index] = np.maximum(result[seen.index], seen.quality())
     return result
+
+
+def _cosines(
+    place: NDArray[np.float64], samples: Samples, index: NDArray[np.int64]
+) -> NDArray[np.float64]:
+    """(V,) between the normals of the samples `index` (V,) and the ways to `place` (3,)."""
+    towards = place - samples.point[index]
+    length = np.maximum(np.linalg.norm(towards, axis=-1), np.finfo(np.float64).tiny)
+    return np.asarray(np.einsum("sx,sx->s", towards, samples.normal[index]) / length)
 
 
 def _inverse(m: NDArray[np.float64]) -> NDArray[np.float64]:

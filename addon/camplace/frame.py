@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..scene.geometry import SceneGeometry
 from ..scene.view import View
+from .camera import CachingCamera
 
 
 @dataclass(frozen=True)
@@ -62,4 +63,26 @@ class LocalFrame:
             view,
             world_from_camera=world_from_camera,
             clip_from_camera=view.clip_from_camera @ camera_scale,
+        )
+
+    def camera_from_world(self, camera: CachingCamera) -> CachingCamera:
+        """The same picture of the local scene."""
+        world_from_camera = camera.world_from_camera.copy()
+        world_from_camera[:3, 3] = self.from_world(camera.origin)
+        return replace(
+            camera,
+            world_from_camera=world_from_camera,
+            near=camera.near / self.unit,
+            far=camera.far / self.unit,
+        )
+
+    def camera_to_world(self, camera: CachingCamera) -> CachingCamera:
+        """The inverse of `camera_from_world`."""
+        world_from_camera = camera.world_from_camera.copy()
+        world_from_camera[:3, 3] = self.to_world(camera.origin)
+        return replace(
+            camera,
+            world_from_camera=world_from_camera,
+            near=camera.near * self.unit,
+            far=camera.far * self.unit,
         )

@@ -8,7 +8,7 @@ layer, camera and world of its own, so the artist's scene keeps all of its setti
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -36,6 +36,9 @@ _TRANSPARENT_BOUNCES = 1024
 # Opaque surfaces end the sum of AOVs, cut-away ones do not: any value between 0 and 1 serves.
 _ALPHA_THRESHOLD = 0.5
 
+# The light group of the white sky, whose light is told apart from that of the scene's lights.
+_SKY = "relume_sky"
+
 # Cycles' pixel filter cannot be switched off; over a hundredth of a texel it moves the sample
 # by no more than that from the centre.
 _FILTER_WIDTH = 0.01
@@ -45,15 +48,23 @@ class Stage:
     """A scene that renders texel-centre AOVs of the artist's scene."""
 
     def __init__(
-        self, scene: Any, camera: Any, path: Path, channels: Sequence[str], has_normal: bool
+        self,
+        scene: Any,
+        camera: Any,
+        path: Path,
+        channels: Sequence[str],
+        *,
+        has_normal: bool,
+        sky_rays: int,
     ) -> None:
         self._scene = scene
         self._camera = camera
         self._path = path
+        self._sky_rays = sky_rays
         # Channel -> Cycles' pass and the letters of its components.
         self._passes = {"depth": ("Depth", "Z")}
         for name in channels:
-            if name != "depth":
+            if name != "depth" and not (name == "ambient_occlusion" and sky_rays):
                 single = CHANNEL_BY_NAME[name].components == 1
                 self._passes[name] = (AOV_PREFIX + name, "X" if single else "RGB")
         if has_normal:
@@ -76,19 +87,36 @@ class Stage:
         self._camera.matrix_world = Matrix(camera.world_from_camera.tolist())
         render = self._scene.render
         render.resolution_x = render.resolution_y = camera.resolution
-        components = sum(len(letters) for _, letters in self._passes.values())
+        components = 4 + sum(len(letters) for _, letters in self._passes.values())
         size = components * camera.resolution**2 * np.dtype(np.float32).itemsize
         render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
-        return self._read(camera.resolution)
+        result = self._read(camera.resolution, self._passes)
+        if self._sky_rays:
+            result["ambient_occlusion"] = self._render_sky(camera, size)
+        return result
 
-    def _read(self, resolution: int) -> dict[str, NDArray[np.float32]]:
+    def _render_sky(self, camera: CachingCamera, size: int) -> NDArray[np.float32]:
+        """(R, R, 1): the light of a sky of radiance 1 on white surfaces, which is the open share
+        of the cosine-weighted hemisphere."""
+        cycles = self._scene.cycles
+        cycles.samples, cycles.max_bounces = self._sky_rays, 1
+        try:
+            render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
+        finally:
+            cycles.samples, cycles.max_bounces = 1, 0
+        sky = {"sky": (f"Combined_{_SKY}", "R")}
+        return np.clip(self._read(camera.resolution, sky)["sky"], 0.0, 1.0)
+
+    def _read(
+        self, resolution: int, passes: Mapping[str, tuple[str, str]]
+    ) -> dict[str, NDArray[np.float32]]:
         planes: dict[str, NDArray[np.float32]] = {}
         for part in OpenEXR.File(str(self._path), separate_channels=True).parts:
             for name, channel in part.channels.items():
                 # Names are layer.pass.component.
                 planes[".".join(name.split(".")[-2:])] = channel.pixels
         result = {}
-        for name, (layer, letters) in self._passes.items():
+        for name, (layer, letters) in passes.items():
             pixels = np.empty((resolution, resolution, len(letters)), dtype=np.float32)
             for index, letter in enumerate(letters):
                 # EXR's rows run downward.
@@ -106,31 +134,39 @@ def _plane(planes: dict[str, NDArray[np.float32]], layer: str, letter: str) -> A
 
 
 @contextmanager
-def staged(scene: Any, channels: Sequence[str], has_normal: bool) -> Iterator[Stage]:
+def staged(
+    scene: Any, channels: Sequence[str], *, has_normal: bool, sky_rays: int = 0
+) -> Iterator[Stage]:
     """A `Stage` for `scene`, a `bpy.types.Scene`, taken down again at the end.
 
     Args:
         scene: whose objects are rendered, at its current frame.
         channels: names of the channels to render.
         has_normal: whether Cycles' own normal is wanted beside them.
+        sky_rays: rays of each texel towards a white sky, where its light is the channel of
+            ambient occlusion; 0 where that is an AOV or is not wanted.
     """
     stage = scene.copy()
     data = bpy.data.cameras.new("Relume caching camera")
     camera = bpy.data.objects.new("Relume caching camera", data)
+    sky = _white_sky() if sky_rays else None
     try:
         with TemporaryDirectory(prefix="relume-") as folder:
             path = Path(folder) / "deep.exr"
             stage.name = "Relume bake"
             stage.collection.objects.link(camera)
             stage.camera = camera
-            stage.world = None
+            stage.world = sky
             data.type = "PERSP"
             data.sensor_fit = "HORIZONTAL"
             data.lens_unit = "FOV"
             _set_up_render(stage, path)
             _set_up_cycles(stage.cycles)
-            _set_up_layer(stage, channels, has_normal)
-            yield Stage(stage, camera, path, channels, has_normal)
+            aovs = [name for name in channels if not (name == "ambient_occlusion" and sky_rays)]
+            _set_up_layer(stage, aovs, has_normal)
+            if sky is not None:
+                stage.view_layers[0].lightgroups.add(name=_SKY)
+            yield Stage(stage, camera, path, channels, has_normal=has_normal, sky_rays=sky_rays)
     finally:
         with uninterrupted():
             # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of
@@ -139,6 +175,20 @@ def staged(scene: Any, channels: Sequence[str], has_normal: bool) -> Iterator[St
             bpy.data.scenes.remove(stage)
             bpy.data.objects.remove(camera)
             bpy.data.cameras.remove(data)
+            if sky is not None:
+                bpy.data.worlds.remove(sky)
+
+
+def _white_sky() -> Any:
+    """A world of radiance 1 that only rays from surfaces find: of those that go about the
+    normal by its cosine, the share that gets through is the answer, without other noise."""
+    sky = bpy.data.worlds.new("Relume sky")
+    background = next(n for n in sky.node_tree.nodes if n.bl_idname == "ShaderNodeBackground")
+    background.inputs["Color"].default_value = (1.0, 1.0, 1.0, 1.0)
+    background.inputs["Strength"].default_value = 1.0
+    sky.cycles.sampling_method = "NONE"
+    sky.lightgroup = _SKY
+    return sky
 
 
 @contextmanager

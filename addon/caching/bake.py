@@ -27,7 +27,7 @@ from .linked_surfaces import local_stand_ins
 from .occlusion_filter import smooth_occlusion
 from .plan import ChannelPlan
 from .presets import PRESETS, Preset
-from .specialize import SpecializedMaterial, specialized
+from .specialize import SpecializedMaterial, needs_sky, specialized
 from .specialize_closures import DEFAULT_SURFACE
 from .specialize_expression import Constant
 from .store import CacheStore, Manifest
@@ -103,7 +103,9 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         wanted = [c for c in fitted if settings.only is None or c.id in settings.only]
         kept = [c for c in wanted if settings.resume and store.is_intact(c.id)]
         todo = [c for c in wanted if c not in kept]
-        baked = _bake_cameras(scene, store, todo, shown, progress)
+        baked = _bake_cameras(
+            scene, store, todo, shown, ambient_rays=ambient_rays, progress=progress
+        )
     if world is not None and world.needs_baking:
         started = time.monotonic()
         _bake_world(scene, world.fingerprint, store, progress)
@@ -163,6 +165,8 @@ def _bake_cameras(
     store: CacheStore,
     cameras: Sequence[CachingCamera],
     materials: Sequence[SpecializedMaterial],
+    *,
+    ambient_rays: int,
     progress: Progress,
 ) -> _Baked:
     baked = _Baked()
@@ -170,7 +174,8 @@ def _bake_cameras(
         return baked
     done, total = 0, sum(camera.resolution**2 for camera in cameras)
     has_default = NO_MATERIAL in store.plan.material_names
-    with staged(scene, store.plan.stored, has_default) as stage:
+    sky_rays = ambient_rays if needs_sky(store.plan, materials) else 0
+    with staged(scene, store.plan.stored, has_normal=has_default, sky_rays=sky_rays) as stage:
         for number, camera in enumerate(cameras, start=1):
             message = f"Baking camera {number} of {len(cameras)}"
             progress(0.02 + 0.94 * done / total, message)

@@ -19,7 +19,7 @@ import bpy
 from .channels import CHANNELS, Channel
 from .plan import Approximation, ChannelPlan
 from .specialize_closures import DEFAULT_SURFACE, ShaderReader
-from .specialize_expression import ONE, Constant, Expression, Socket, is_zero
+from .specialize_expression import ONE, ZERO, Constant, Expression, Socket, is_zero
 from .specialize_lobes import Lobes, scale, unit_normal
 from .specialize_tree import TreeContext
 from .view_dependence import view_dependent_effects
@@ -57,6 +57,11 @@ class SpecializedMaterial:
     lobes: Lobes
     effects: tuple[str, ...]
 
+    @property
+    def is_cut_out(self) -> bool:
+        """Whether light passes through it anywhere."""
+        return not is_zero(self.lobes.transparency)
+
 
 @contextmanager
 def specialized(
@@ -76,8 +81,10 @@ def specialized(
     try:
         materials.extend(_specialize(name, trees) for name in material_names)
         plan = _plan(materials, ambient_samples > 0)
+        # The Ambient Occlusion node takes cut-outs for solid: there a sky's light is measured.
+        in_sky = needs_sky(plan, materials)
         for number, material in enumerate(materials, start=1):
-            _instrument(material, number, plan, ambient_samples)
+            _instrument(material, number, plan, 0 if in_sky else ambient_samples)
         for material in materials:
             if material.original is not None:
                 swapped.append(material)
@@ -92,6 +99,11 @@ def specialized(
         for tree in trees:
             if tree.users == 0:
                 bpy.data.node_groups.remove(tree)
+
+
+def needs_sky(plan: ChannelPlan, materials: Sequence[SpecializedMaterial]) -> bool:
+    """Whether ambient occlusion is not an AOV but the light of a white sky."""
+    return "ambient_occlusion" in plan.stored and any(m.is_cut_out for m in materials)
 
 
 def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
@@ -209,6 +221,8 @@ def _instrument(
 ) -> None:
     """Write the stored channels into AOVs, and make the surface a plain cut-out.
 
+    Without `ambient_samples` the surface is one that a white sky can light instead.
+
     A hard cut-out keeps the bake in step with the rasterized view. AOVs are multiplied by it:
     with `pass_alpha_threshold` above zero Cycles adds the AOVs of all surfaces up to the first
     that is opaque, so those that are cut away must add nothing.
@@ -225,6 +239,8 @@ def _instrument(
     for channel in CHANNELS:
         if channel.name not in plan.stored or channel.name == "depth":
             continue
+        if channel.name == "ambient_occlusion" and not ambient_samples:
+            continue
         expression: Expression
         if channel.name == "material_id":
             expression = Constant((float(number),))
@@ -239,7 +255,10 @@ def _instrument(
         socket = aov.inputs["Value" if channel.components == 1 else "Color"]
         value = build.convert(expression, channel.components, "VALUE")
         build.assign(socket, build.multiply(value, opacity))
-    _make_cut_out(context, opacity)
+    if "ambient_occlusion" in plan.stored and not ambient_samples:
+        _make_sky_lit(context, opacity, build.complement(material.lobes.transparency), normal)
+    else:
+        _make_cut_out(context, opacity)
 
 
 def _ambient_occlusion(context: TreeContext, normal: Expression, samples: int) -> Expression:
@@ -252,18 +271,36 @@ def _ambient_occlusion(context: TreeContext, normal: Expression, samples: int) -
 
 def _make_cut_out(context: TreeContext, opacity: Expression) -> None:
     """Surface: nothing that reflects, so that Cycles looks for no light; displacement stays."""
-    tree = context.tree
+    # Not an emission of strength 0: Cycles drops that, and the surface with it.
+    _make_surface(context, context.tree.nodes.new("ShaderNodeBsdfDiffuse"), ZERO, opacity)
+
+
+def _make_sky_lit(
+    context: TreeContext, opacity: Expression, alpha: Expression, normal: Expression
+) -> None:
+    """Surface: white to cameras, where it is not cut away; to the rays that leave from there
+    black, and as transparent as it is."""
+    is_camera = Socket(context.tree.nodes.new("ShaderNodeLightPath"), "Is Camera Ray", 1)
+    diffuse = context.tree.nodes.new("ShaderNodeBsdfDiffuse")
+    context.build.assign(diffuse.inputs["Normal"], normal)
+    opaque = context.build.mix(alpha, opacity, is_camera)
+    _make_surface(context, diffuse, is_camera, opaque)
+
+
+def _make_surface(
+    context: TreeContext, diffuse: Any, grey: Expression, opacity: Expression
+) -> None:
+    """Make the material's surface a diffuse one, as white as `grey` and with this opacity."""
+    tree, build = context.tree, context.build
     output = _active_output(tree)
     if output is None:
         output = tree.nodes.new("ShaderNodeOutputMaterial")
     for link in list(output.inputs["Volume"].links):
         tree.links.remove(link)
-    # Not an emission of strength 0: Cycles drops that, and the surface with it.
-    black = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    black.inputs["Color"].default_value = (0.0, 0.0, 0.0, 1.0)
+    build.assign(diffuse.inputs["Color"], build.convert(grey, 3, "VALUE"))
     clear = tree.nodes.new("ShaderNodeBsdfTransparent")
     blend = tree.nodes.new("ShaderNodeMixShader")
-    context.build.assign(blend.inputs[0], opacity)
+    build.assign(blend.inputs[0], opacity)
     tree.links.new(clear.outputs[0], blend.inputs[1])
-    tree.links.new(black.outputs[0], blend.inputs[2])
+    tree.links.new(diffuse.outputs[0], blend.inputs[2])
     tree.links.new(blend.outputs[0], output.inputs["Surface"])

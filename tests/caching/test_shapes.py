@@ -62,9 +62,20 @@ def test_normals_and_depths_of_a_sphere(tmp_path: Path) -> None:
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=2 * HALF)
 
 
-def test_occlusion_beside_a_long_wall(tmp_path: Path) -> None:
-    """At distance d from an endless wall of height H, (1 - d / sqrt(d^2 + H^2)) / 2 is hidden."""
+@pytest.mark.parametrize("beside_cut_outs", [False, True])
+def test_occlusion_beside_a_long_wall(tmp_path: Path, beside_cut_outs: bool) -> None:
+    """At distance d from an endless wall of height H, (1 - d / sqrt(d^2 + H^2)) / 2 is hidden.
+
+    With a cut-out anywhere, occlusion is the light of a white sky, apart from other lights."""
     scene = empty_scene()
+    if beside_cut_outs:
+        material, surface = empty_material("veil")
+        node = node_in(material.node_tree, "ShaderNodeBsdfPrincipled", Alpha=0.25)
+        material.node_tree.links.new(node.outputs[0], surface)
+        add_plane(scene, "veil", (1.5, 0.0, -1.0), material, size=0.1)
+        sun = bpy.data.lights.new("Sun", "SUN")
+        sun.energy = 100.0
+        scene.collection.objects.link(bpy.data.objects.new("Sun", sun))
     scene.world = bpy.data.worlds.new("Sky")
     add_plane(scene, "floor", (0.0, 0.0, 0.0), grey(), size=200.0)
     wall = add_plane(scene, "wall", (0.0, 0.0, 0.0), bpy.data.materials["grey"], size=2.0)
@@ -85,7 +96,6 @@ def test_occlusion_beside_a_long_wall(tmp_path: Path) -> None:
     assert abs(error.mean()) < 0.006
 
 
-@pytest.mark.xfail(reason="Cycles' Ambient Occlusion node sees cut-outs as solid", strict=True)
 def test_occlusion_by_leaves_with_holes(tmp_path: Path) -> None:
     """Under a wide screen that covers everything, the floor is open where the screen is."""
     scene = empty_scene()

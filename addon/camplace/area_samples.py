@@ -41,31 +41,56 @@ def sample_area(
     Returns:
         Points (N, 3) and their triangles (N,), N <= count; none if the box holds no surface.
     """
-    corners, triangle = _pieces_inside(geometry, importance > 0.0, box)
+    whole, sticking_out = _about_box(geometry, importance > 0.0, box)
+    pieces, piece_of = _pieces_inside(geometry, sticking_out, box)
+    triangle = np.concatenate([whole, piece_of])
     if not len(triangle):
         return np.zeros((0, 3)), np.zeros(0, dtype=np.int64)
-    edges = corners[:, 1:] - corners[:, :1]
-    area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=-1)
+    edges = pieces[:, 1:] - pieces[:, :1]
+    piece_area = 0.5 * np.linalg.norm(np.cross(edges[:, 0], edges[:, 1]), axis=-1)
+    area = np.concatenate([geometry.area[whole], piece_area])
     cumulative = np.cumsum(importance[triangle] * area)
     draws = count * SPARE
     steps = (np.arange(draws) + rng.random()) / draws * cumulative[-1]
     piece = np.minimum(np.searchsorted(cumulative, steps, side="right"), len(triangle) - 1)
+    corners = geometry.vertices[geometry.triangles[triangle[piece]]]
+    cut = piece >= len(whole)
+    corners[cut] = pieces[piece[cut] - len(whole)]
     # Folding the unit square over its diagonal is uniform on the triangle.
     place = rng.random((draws, 2))
     place = np.where(place.sum(axis=-1, keepdims=True) > 1.0, 1.0 - place, place)
-    points = corners[piece, 0] + np.einsum("se,sex->sx", place, edges[piece])
+    points = corners[:, 0] + np.einsum("se,sex->sx", place, corners[:, 1:] - corners[:, :1])
     inside = np.flatnonzero(((points >= box[0]) & (points <= box[1])).all(axis=-1))
     if len(inside) > count:
         inside = inside[(np.arange(count) * len(inside)) // count]
     return points[inside], triangle[piece[inside]]
 
 
-def _pieces_inside(
+def _about_box(
     geometry: SceneGeometry, chosen: NDArray[np.bool_], box: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """The `chosen` triangles (T,) that lie in the box, and those that may reach into it.
+
+    By outcodes (Cohen and Sutherland): for each vertex a bit for each wall that it is beyond.
+    """
+    code = np.zeros(len(geometry.vertices), dtype=np.uint8)
+    for axis in range(3):
+        place = geometry.vertices[:, axis]
+        code |= (place < box[0, axis]).astype(np.uint8) << np.uint8(2 * axis)
+        code |= (place > box[1, axis]).astype(np.uint8) << np.uint8(2 * axis + 1)
+    a, b, c = (code[geometry.triangles[:, corner]] for corner in range(3))
+    outside = a | b | c
+    return (
+        np.flatnonzero(chosen & (outside == 0)),
+        np.flatnonzero(chosen & (outside != 0) & ((a & b & c) == 0)),
+    )
+
+
+def _pieces_inside(
+    geometry: SceneGeometry, triangle: NDArray[np.int64], box: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Triangles, cut small where they leave the box: corners (N, 3, 3) and triangle (N,)."""
     longest = PIECE * float(np.linalg.norm(box[1] - box[0]))
-    triangle = np.flatnonzero(chosen)
     corners = geometry.vertices[geometry.triangles[triangle]]
     done: list[tuple[NDArray[np.float64], NDArray[np.int64]]] = []
     for _ in range(MAX_HALVINGS):

@@ -189,7 +189,7 @@ def _area_samples(
     density that is usual for the views, facing them; without a view, that of a picture of the
     whole box.
     """
-    normal = geometry.normal[triangle]
+    normal = geometry.normal_of(triangle)
     footprints = [s.footprint for s in seen if len(s)]
     usual = float(np.linalg.norm(box[1] - box[0])) / PICTURE
     if footprints:

@@ -50,12 +50,12 @@ class RayCaster:
         masked = self._mask.masked
         self._solid = _Mesh(geometry, geometry.camera_visible & ~masked)
         self._masked = _Mesh(geometry, geometry.camera_visible & masked)
-        corner = np.abs(geometry.vertices).max(axis=1)[geometry.triangles]
-        self._reach = corner.max(axis=1)
+        self._geometry = geometry
 
     def lift(self, points: NDArray[np.float64], triangle: NDArray[np.int64]) -> NDArray[np.float64]:
         """(S,) how far above its triangle a ray from each of `points` (S, 3) must start."""
-        reach = np.maximum(self._reach[triangle], np.abs(points).max(axis=-1))
+        corners = self._geometry.vertices[self._geometry.triangles[triangle]]
+        reach = np.maximum(np.abs(corners).max(axis=(-2, -1)), np.abs(points).max(axis=-1))
         return LIFT_SPACINGS * np.finfo(np.float32).eps * reach
 
     def first_hit(
@@ -136,17 +136,12 @@ class _Mesh:
     """Some of the geometry's triangles in an embree scene."""
 
     def __init__(self, geometry: SceneGeometry, chosen: NDArray[np.bool_]) -> None:
-        self._index = np.flatnonzero(chosen)
+        self._index = np.flatnonzero(chosen).astype(np.int32)
         self._scene: EmbreeScene | None = None
         if not self._index.size:
             return
         self._scene = EmbreeScene(robust=True)
-        used, corners = np.unique(geometry.triangles[self._index], return_inverse=True)
-        TriangleMesh(
-            self._scene,
-            geometry.vertices[used].astype(np.float32),
-            corners.reshape(-1, 3).astype(np.int32),
-        )
+        TriangleMesh(self._scene, *_in_use(geometry, self._index))
         # The first query builds the tree, which must not happen in two threads at once.
         self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
 
@@ -217,3 +212,18 @@ class _Mesh:
         chunks = [slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
         with ThreadPoolExecutor(max_workers=max(1, min(8, os.cpu_count() or 1))) as pool:
             list(pool.map(ask, chunks))
+
+
+def _in_use(
+    geometry: SceneGeometry, chosen: NDArray[np.int32]
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+    """The vertices of some triangles, and these triangles as (N, 3) numbers of those."""
+    triangles = geometry.triangles
+    if len(chosen) < len(triangles):
+        triangles = triangles[chosen]
+    used = np.zeros(len(geometry.vertices), dtype=np.bool_)
+    used[triangles.ravel()] = True
+    if used.all():
+        return geometry.vertices.astype(np.float32), triangles
+    number = np.cumsum(used, dtype=np.int32) - np.int32(1)
+    return geometry.vertices[used].astype(np.float32), number[triangles]

@@ -37,7 +37,7 @@ def sample_view(
     point = origins[met] + hits.distance[met, None] * directions[met]
     inside = view.project(point)[:, 2] <= 1.0  # beyond the far clip nothing is seen
     triangle, point = triangle[inside], point[inside]
-    normal = geometry.normal[triangle]
+    normal = geometry.normal_of(triangle)
     towards = np.einsum("sx,sx->s", normal, directions[met][inside])
     return Samples(
         point=point,

@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+# Triangles worked on at a time: the corners and edges of all at once would take far more memory
+# than the scene, and pass through it instead of through the processor's cache.
+PART = 16384
 
 
 @dataclass(frozen=True)
@@ -64,24 +69,41 @@ class SceneGeometry:
         return len(self.triangles)
 
     @cached_property
-    def _corner_cross(self) -> NDArray[np.float64]:
-        """(T, 3) cross product of two edges: twice the area along the normal."""
-        corner = self.vertices[self.triangles]
-        return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-
-    @cached_property
     def area(self) -> NDArray[np.float64]:
         """(T,) float64, square metres."""
-        return 0.5 * np.linalg.norm(self._corner_cross, axis=1)
+        area = np.empty(len(self))
+        for some in self._in_parts():
+            area[some] = 0.5 * np.linalg.norm(self._edges_cross(some), axis=1)
+        return area
 
     @cached_property
     def normal(self) -> NDArray[np.float64]:
         """(T, 3) float64 unit geometric normals, world space, by the corners' winding."""
-        length = np.linalg.norm(self._corner_cross, axis=1, keepdims=True)
-        return self._corner_cross / np.where(length > 0.0, length, 1.0)
+        normal = np.empty((len(self), 3))
+        for some in self._in_parts():
+            normal[some] = self.normal_of(some)
+        return normal
+
+    def normal_of(self, triangle: NDArray[np.int64] | slice) -> NDArray[np.float64]:
+        """(N, 3) the normals of some triangles (N,), for those who do not need them all."""
+        cross = self._edges_cross(triangle)
+        length = np.linalg.norm(cross, axis=1, keepdims=True)
+        return np.asarray(cross / np.where(length > 0.0, length, 1.0))
 
     @cached_property
     def bounds(self) -> NDArray[np.float64]:
         """(2, 3) float64, lowest and highest corner of the vertices in use, metres."""
-        used = self.vertices[np.unique(self.triangles)]
-        return np.stack([used.min(axis=0), used.max(axis=0)])
+        used = np.zeros(len(self.vertices), dtype=np.bool_)
+        used[self.triangles.ravel()] = True
+        points = self.vertices if used.all() else self.vertices[used]
+        return np.stack([points.min(axis=0), points.max(axis=0)])
+
+    def _edges_cross(self, triangle: NDArray[np.int64] | slice) -> NDArray[np.float64]:
+        """(N, 3) cross product of two edges: twice the area along the normal."""
+        corner = self.vertices[self.triangles[triangle]]
+        return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+
+    def _in_parts(self) -> Iterator[slice]:
+        """All triangles, some at a time."""
+        for start in range(0, len(self), PART):
+            yield slice(start, start + PART)

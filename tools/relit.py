@@ -89,8 +89,10 @@ def read_views(
 
 
 def camera_names(scene: Any) -> list[str | None]:
-    """The names of all cameras of a scene; without any, None, which `read_scene` refuses."""
-    return sorted(obj.name for obj in scene.objects if obj.type == "CAMERA") or [None]
+    """The names of a shot's cameras; without any, None, which `read_views` refuses."""
+    from addon.scene.caching_collection_reader import shot_cameras
+
+    return [camera.name for camera in shot_cameras(scene)] or [None]
 
 
 def require_light(scene: Any, arrays: SceneArrays) -> None:

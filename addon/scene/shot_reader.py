@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
+from .caching_collection_reader import shot_cameras
 from .depsgraph_reader import with_render_depsgraph
 from .view import View
 from .view_reader import read_view
@@ -17,7 +18,8 @@ SHOT_VIEWS = 8
 
 
 def read_shot(scene: Any) -> tuple[View, ...]:
-    """Every camera's view at the present frame, and a moving active camera's along its way.
+    """Every camera's view at the present frame, and a moving active camera's along its way;
+    without the caching cameras.
 
     The scene, a `bpy.types.Scene`, is at its present frame again afterwards. Only for
     background use, as `with_render_depsgraph`.
@@ -25,12 +27,12 @@ def read_shot(scene: Any) -> tuple[View, ...]:
     Raises:
         InputError: there is no camera, or Relume cannot show one's kind.
     """
-    cameras = sorted((o for o in scene.objects if o.type == "CAMERA"), key=lambda o: o.name)
+    cameras = shot_cameras(scene)
     if not cameras:
         raise InputError(f"scene '{scene.name}' has no camera; add one")
     views = [_view(scene, camera) for camera in cameras]
     active = scene.camera
-    if active is None or not _may_move(active):
+    if active not in cameras or not _may_move(active):
         return tuple(views)
     present = scene.frame_current
     frames = np.linspace(scene.frame_start, scene.frame_end, SHOT_VIEWS).round().astype(int)

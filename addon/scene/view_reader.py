@@ -8,21 +8,22 @@ from typing import Any, cast
 import numpy as np
 
 from ..errors import InputError
+from .caching_collection_reader import shot_cameras
 from .view import FilterKind, PixelFilter, View
 
 
 def find_camera(scene: Any, name: str | None = None) -> Any:
-    """The scene's camera object by name, or its active one.
+    """The scene's camera object by name, or its active one; never a caching camera.
 
     Raises:
         InputError: no such camera; the message lists those there are.
     """
-    cameras = {obj.name: obj for obj in scene.objects if obj.type == "CAMERA"}
+    cameras = {obj.name: obj for obj in shot_cameras(scene)}
     if not cameras:
         raise InputError(f"scene '{scene.name}' has no camera; add one")
     if name is None:
-        camera = scene.camera
-        return camera if camera is not None else next(iter(cameras.values()))
+        active = scene.camera
+        return active if active in cameras.values() else next(iter(cameras.values()))
     if name not in cameras:
         raise InputError(
             f"scene '{scene.name}' has no camera '{name}'; it has: {', '.join(sorted(cameras))}"
@@ -56,7 +57,7 @@ def read_view(
         scale_y=scene.render.pixel_aspect_y,
     )
     return View(
-        world_from_camera=_rigid(evaluated.matrix_world),
+        world_from_camera=rigid(evaluated.matrix_world),
         clip_from_camera=np.array(clip_from_camera, dtype=np.float64),
         width=width,
         height=height,
@@ -69,7 +70,7 @@ def read_view(
 def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
     """What a 3D viewport shows: its own navigation, or the camera it looks through."""
     return View(
-        world_from_camera=_rigid(region_data.view_matrix.inverted()),
+        world_from_camera=rigid(region_data.view_matrix.inverted()),
         clip_from_camera=np.array(region_data.window_matrix, dtype=np.float64),
         width=region.width,
         height=region.height,
@@ -88,7 +89,7 @@ def read_pixel_filter(scene: Any) -> PixelFilter:
     return PixelFilter(kind, 1.0 if kind == "BOX" else float(cycles.filter_width))
 
 
-def _rigid(matrix: Any) -> Any:
+def rigid(matrix: Any) -> Any:
     """(4, 4) float64 with orthonormal axes: cameras ignore their object's scale, as in Cycles.
 
     Blender's matrices are float32; the nearest rotation (polar decomposition) takes their

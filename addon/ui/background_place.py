@@ -15,6 +15,7 @@ from ..camplace.place import place_cameras
 from ..camplace.settings import PlacementSettings
 from ..json_lines import run_told
 from ..progress import Progress
+from ..scene.box_reader import find_box
 from ..scene.depsgraph_reader import with_render_depsgraph
 from ..scene.geometry_reader import read_geometry
 from ..scene.shot_reader import read_shot
@@ -29,6 +30,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--primaries", type=int, required=True)
     parser.add_argument("--secondaries", type=int, required=True)
+    parser.add_argument("--box-object")
     args = parser.parse_args(argv)
     return run_told(lambda progress: _place(args, progress))
 
@@ -38,7 +40,10 @@ def _place(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     scene = bpy.context.scene
     geometry = with_render_depsgraph(scene, read_geometry)
     views = read_shot(scene)
-    settings = PlacementSettings(primaries=args.primaries, secondaries=args.secondaries)
+    box = None
+    if args.box_object is not None:
+        box = find_box(bpy.context.evaluated_depsgraph_get(), scene, args.box_object)
+    settings = PlacementSettings(primaries=args.primaries, secondaries=args.secondaries, bounds=box)
     placement = place_cameras(geometry, views, settings, progress)
     with write_errors(args.out.parent, "choose another folder"):
         args.out.parent.mkdir(parents=True, exist_ok=True)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shows caching cameras in the scene, for the artist to look at.
+"""Caching cameras as camera objects, which the artist may move, change, add and delete.
 
-They are wire meshes, not camera objects: the shot's own cameras stay the only ones that the
-artist, the command line and a farm find in the scene.
+They lie in a collection of their own that is not rendered. `scene.caching_collection_reader`
+tells them from the shot's cameras, which stay the only ones that are lit for. The six faces of a
+cube camera hang on an empty, and move with it.
 """
 
 from __future__ import annotations
@@ -14,58 +15,103 @@ import bpy
 import mathutils
 
 from ..camplace.camera import CachingCamera
+from ..camplace.settings import RESOLUTIONS
+from ..scene.caching_collection_reader import CACHING_MARK, caching_collection
 
 COLLECTION = "Relume Cameras"
-# Marks what was made here, whatever it is renamed to.
-MARK = "relume_caching_camera"
 # The drawn pyramid's height, as a share of the distance that the camera sees to.
 DRAWN_SHARE = 0.04
 
-_EDGES = ((0, 1), (0, 2), (0, 3), (0, 4), (1, 2), (2, 3), (3, 4), (4, 1), (3, 5), (4, 5))
-
 
 def show_cameras(scene: Any, cameras: Sequence[CachingCamera]) -> Any:
-    """Put one wire object for each caching camera into a collection of their own.
+    """Put one camera object for each caching camera into the collection; returns it.
 
-    Those shown before are replaced. They are neither rendered nor selectable. Returns the
-    collection.
+    Those that were put there before are replaced; what the artist added stays. Nothing is
+    selected, and the scene's active camera stays the one that it is.
     """
-    hide_cameras(scene)
-    collection = bpy.data.collections.new(COLLECTION)
-    collection[MARK] = True
-    collection.hide_render = True
-    collection.hide_select = True
-    scene.collection.children.link(collection)
+    collection = caching_collection(scene) or _new_collection(scene)
+    _remove([obj for obj in collection.all_objects if CACHING_MARK in obj])
+    pivots: dict[int, Any] = {}
     for camera in cameras:
-        collection.objects.link(_wire_object(camera))
+        obj = _camera_object(camera)
+        collection.objects.link(obj)
+        if camera.kind == "CUBE_FACE":
+            if camera.source not in pivots:
+                pivots[camera.source] = _pivot(camera)
+                collection.objects.link(pivots[camera.source])
+            _hang(obj, camera, pivots[camera.source])
     return collection
 
 
-def hide_cameras(scene: Any) -> None:
-    """Remove what show_cameras() made in this scene."""
-    for collection in [child for child in scene.collection.children if MARK in child]:
-        for obj in list(collection.objects):
-            mesh = obj.data
-            bpy.data.objects.remove(obj)
-            if mesh is not None and mesh.users == 0:
-                bpy.data.meshes.remove(mesh)
-        bpy.data.collections.remove(collection)
+def remove_cameras(scene: Any) -> None:
+    """Take the collection and all that is in it alone out of the file."""
+    collection = caching_collection(scene)
+    if collection is None:
+        return
+    inside = {collection, *collection.children_recursive}
+    _remove([obj for obj in collection.all_objects if inside.issuperset(obj.users_collection)])
+    for inner in inside:
+        bpy.data.collections.remove(inner)
 
 
-def _wire_object(camera: CachingCamera) -> Any:
+def drawn_resolution(resolution: int) -> int:
+    """The tier that a camera object shows for a number of texels along a side."""
+    return next((tier for tier in RESOLUTIONS if tier >= resolution), RESOLUTIONS[-1])
+
+
+def _new_collection(scene: Any) -> Any:
+    collection = bpy.data.collections.new(COLLECTION)
+    collection[CACHING_MARK] = True
+    collection.hide_render = True
+    collection.color_tag = "COLOR_05"
+    scene.collection.children.link(collection)
+    return collection
+
+
+def _remove(objects: Sequence[Any]) -> None:
+    for obj in objects:
+        data = obj.data
+        bpy.data.objects.remove(obj)
+        if isinstance(data, bpy.types.Camera) and data.users == 0:
+            bpy.data.cameras.remove(data)
+
+
+def _drawn_depth(camera: CachingCamera) -> float:
+    return DRAWN_SHARE * camera.far
+
+
+def _camera_object(camera: CachingCamera) -> Any:
     kind = "Cube" if camera.kind == "CUBE_FACE" else "View"
     name = f"Relume {camera.id:04d} {kind} {camera.source}"
-    mesh = bpy.data.meshes.new(name)
-    depth = DRAWN_SHARE * camera.far
-    side = depth * camera.half_extent
-    corners = [(-side, -side, -depth), (side, -side, -depth), (side, side, -depth),
-               (-side, side, -depth)]  # fmt: skip
-    roof = (0.0, 1.5 * side, -depth)  # which way is up, as on Blender's own cameras
-    mesh.from_pydata([(0.0, 0.0, 0.0), *corners, roof], _EDGES, [])
-    obj = bpy.data.objects.new(name, mesh)
+    data = bpy.data.cameras.new(name)
+    # Blender fits a picture's longer side to the angle, so the square holds the drawn frame.
+    data.sensor_fit = "AUTO"
+    data.angle = camera.fov
+    data.clip_start, data.clip_end = camera.near, camera.far
+    data.display_size = 2.0 * _drawn_depth(camera) * camera.half_extent
+    data.relume.resolution = str(drawn_resolution(camera.resolution))
+    obj = bpy.data.objects.new(name, data)
     obj.matrix_world = mathutils.Matrix(camera.world_from_camera.tolist())
-    obj.display_type = "WIRE"
     obj.hide_render = True
-    obj.hide_select = True
-    obj[MARK] = camera.id
+    obj.lock_scale = (True, True, True)
+    obj[CACHING_MARK] = camera.id
     return obj
+
+
+def _pivot(camera: CachingCamera) -> Any:
+    """What the faces of a cube camera hang on."""
+    obj = bpy.data.objects.new(f"Relume Cube {camera.source}", None)
+    obj.empty_display_type = "CUBE"
+    obj.empty_display_size = 0.5 * _drawn_depth(camera)
+    obj.location = camera.origin.tolist()
+    obj.hide_render = True
+    obj.lock_scale = (True, True, True)
+    obj[CACHING_MARK] = "cube"
+    return obj
+
+
+def _hang(face: Any, camera: CachingCamera, pivot: Any) -> None:
+    """A face keeps its transform in world space as its own, so it stays when the empty goes."""
+    face.parent = pivot
+    face.matrix_parent_inverse = mathutils.Matrix.Translation(camera.origin.tolist()).inverted()
+    face.lock_location = face.lock_rotation = (True, True, True)

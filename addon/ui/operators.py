@@ -4,15 +4,19 @@
 from __future__ import annotations
 
 import time
+from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..camplace.cameras_file import read_cameras
+from ..camplace.cameras_file import read_cameras, to_json, write_cameras
 from ..errors import InputError
+from ..scene.caching_collection_reader import caching_collection, shot_cameras
+from ..whole_file import write_errors
 from . import job
 from .cache_folder import PLACEMENT_NAME, cache_folder
-from .camera_objects import hide_cameras, show_cameras
+from .camera_objects import remove_cameras, show_cameras
+from .edited_cameras import edited_cameras
 
 TIMER_S = 0.2
 
@@ -22,7 +26,7 @@ def _why_not(context: Any) -> str:
     scene = context.scene
     if job.current() is not None:
         return "Relume is at work: wait for it, or cancel it"
-    if scene.camera is None and not any(obj.type == "CAMERA" for obj in scene.objects):
+    if not shot_cameras(scene):
         return "the scene has no camera: add one"
     try:
         cache_folder(scene)
@@ -126,7 +130,20 @@ def _place_step(scene: Any) -> job.Step:
     arguments = ["--out", str(cache_folder(scene) / PLACEMENT_NAME)]
     arguments += ["--primaries", str(settings.primaries)]
     arguments += ["--secondaries", str(settings.secondaries)]
+    if settings.box_object is not None:
+        arguments += ["--box-object", settings.box_object.name]
     return "place", arguments
+
+
+def _write_edits(scene: Any, placement: Path) -> None:
+    """Put what the artist did to the cameras in the scene into the file that Bake reads."""
+    placed = read_cameras(placement) if placement.exists() else ()
+    edited = edited_cameras(bpy.context.evaluated_depsgraph_get(), scene, placed)
+    if edited is None or to_json(edited) == to_json(placed):
+        return
+    with write_errors(placement.parent, "choose another folder"):
+        placement.parent.mkdir(parents=True, exist_ok=True)
+    write_cameras(placement, edited)
 
 
 class RELUME_OT_place(_JobOperator, bpy.types.Operator):
@@ -163,6 +180,7 @@ class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
     def start(self, scene: Any) -> job.Job:
         folder = cache_folder(scene)
         placement = folder / PLACEMENT_NAME
+        _write_edits(scene, placement)
         steps = [] if placement.exists() else [_place_step(scene)]
         # The artist's own folder: what an older state of the scene left there is replaced.
         arguments = ["--cache", str(folder), "--placement", str(placement)]
@@ -198,18 +216,55 @@ class RELUME_OT_cancel(bpy.types.Operator):
 
 
 class RELUME_OT_hide_cameras(bpy.types.Operator):
-    """Removes what Place shows."""
+    """Switches the eye of the caching cameras' collection."""
 
     bl_idname = "relume.hide_cameras"
-    bl_label = "Hide Caching Cameras"
+    bl_label = "Hide or Show Caching Cameras"
+    bl_description = "Hide the caching cameras in the viewports, or show them again"
+    bl_options = {"REGISTER", "UNDO"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return camera_layer(context) is not None
+
+    def execute(self, context: Any) -> set[str]:
+        layer = camera_layer(context)
+        if layer is None:
+            return {"CANCELLED"}
+        layer.hide_viewport = not layer.hide_viewport
+        return {"FINISHED"}
+
+
+class RELUME_OT_remove_cameras(bpy.types.Operator):
+    """Removes what Place shows."""
+
+    bl_idname = "relume.remove_cameras"
+    bl_label = "Remove Caching Cameras"
     bl_description = (
-        "Take the caching cameras that Place shows out of the scene. The cache keeps them"
+        "Take the caching cameras, and those added to them, out of the scene. "
+        "The cache keeps what is baked"
     )
     bl_options = {"REGISTER", "UNDO"}
 
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return caching_collection(context.scene) is not None
+
     def execute(self, context: Any) -> set[str]:
-        hide_cameras(context.scene)
+        remove_cameras(context.scene)
         return {"FINISHED"}
+
+
+def camera_layer(context: Any) -> Any | None:
+    """The caching cameras' collection as the view layer has it; None without one."""
+    collection = caching_collection(context.scene)
+    layers = [context.view_layer.layer_collection]
+    while layers:
+        layer = layers.pop()
+        if layer.collection == collection:
+            return layer
+        layers.extend(layer.children)
+    return None
 
 
 def _redraw() -> None:
@@ -225,7 +280,13 @@ def _show_status(text: str | None) -> None:
         window.workspace.status_text_set(text)
 
 
-CLASSES = (RELUME_OT_place, RELUME_OT_bake, RELUME_OT_cancel, RELUME_OT_hide_cameras)
+CLASSES = (
+    RELUME_OT_place,
+    RELUME_OT_bake,
+    RELUME_OT_cancel,
+    RELUME_OT_hide_cameras,
+    RELUME_OT_remove_cameras,
+)
 
 
 def register() -> None:

@@ -8,11 +8,12 @@ from typing import Any
 
 import bpy
 
+from ..scene.caching_collection_reader import caching_collection
 from . import job
 from .cache_folder import SUFFIX
 from .cache_state import CacheState, read_cache_state
-from .camera_objects import MARK
 from .engine import ENGINE
+from .operators import camera_layer
 
 # A longer list would push everything else out of the panel.
 MOST_LINES = 8
@@ -51,6 +52,7 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.prop(settings, "primaries")
         column.prop(settings, "secondaries", text="Secondary")
+        layout.prop(settings, "box_object", icon="MESH_CUBE")
 
         running = job.current()
         if running is not None:
@@ -63,12 +65,25 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
             row = layout.row(align=True)
             row.operator("relume.place", icon="OUTLINER_OB_CAMERA")
             row.operator("relume.bake", icon="RENDER_STILL")
-            if any(MARK in child for child in context.scene.collection.children):
-                row.operator("relume.hide_cameras", text="", icon="HIDE_ON")
+        _draw_cameras(layout, context)
         scale = context.preferences.system.ui_scale
         room = context.region.width / scale - MARGIN
         characters = max(MOST_NARROW, int(room / CHARACTER_WIDTH))
         draw_state(layout, read_cache_state(context.scene), characters)
+
+
+def _draw_cameras(layout: Any, context: Any) -> None:
+    """How many caching cameras the scene has to be baked, shown or hidden."""
+    collection = caching_collection(context.scene)
+    layer = camera_layer(context)
+    if collection is None or layer is None:
+        return
+    row = layout.row(align=True)
+    number = sum(obj.type == "CAMERA" for obj in collection.all_objects)
+    row.label(text=f"{number} cameras in '{collection.name}'", icon="OUTLINER_COLLECTION")
+    icon = "HIDE_ON" if layer.hide_viewport else "HIDE_OFF"
+    row.operator("relume.hide_cameras", text="", icon=icon, emboss=False)
+    row.operator("relume.remove_cameras", text="", icon="X", emboss=False)
 
 
 def draw_state(layout: Any, state: CacheState, characters: int) -> None:
@@ -143,7 +158,31 @@ class RELUME_PT_light(bpy.types.Panel):
             layout.prop(context.light, "spread")
 
 
-CLASSES = (RELUME_PT_cache, RELUME_PT_sampling, RELUME_PT_film, RELUME_PT_light)
+class RELUME_PT_camera(bpy.types.Panel):
+    """What Blender's camera panels lack for a caching camera."""
+
+    bl_label = "Caching Camera"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "data"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        collection = caching_collection(context.scene)
+        return (
+            context.engine == ENGINE
+            and context.camera is not None
+            and collection is not None
+            and context.object in collection.all_objects.values()
+        )
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.prop(context.camera.relume, "resolution")
+
+
+CLASSES = (RELUME_PT_cache, RELUME_PT_sampling, RELUME_PT_film, RELUME_PT_light, RELUME_PT_camera)
 
 
 def register() -> None:

@@ -1,15 +1,37 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Relume keeps in the .blend, as scene.relume."""
+"""What Relume keeps in the .blend, as scene.relume and camera.relume."""
 
 from __future__ import annotations
 
 import bpy
 
 from ..caching.presets import DEFAULT_PRESET, PRESETS
+from ..camplace.settings import RESOLUTIONS
 from ..sampling import PICTURE_SAMPLES
+from ..scene.box_reader import BOX_TYPES
 
 # Blender keeps no strings of its own for an enumeration's items: they must outlive it here.
 _PRESET_ITEMS = tuple((name, name.capitalize(), fine.note) for name, fine in PRESETS.items())
+_RESOLUTION_ITEMS = tuple((str(tier), f"{tier} x {tier}", "") for tier in RESOLUTIONS)
+
+
+def _bounds_a_box(settings: bpy.types.PropertyGroup, obj: bpy.types.Object) -> bool:
+    """Whether the artist may pick an object as the box of interest."""
+    return obj.type in BOX_TYPES and settings.id_data.objects.get(obj.name) == obj
+
+
+class RELUME_PG_camera(bpy.types.PropertyGroup):
+    """What a caching camera has that Blender's cameras lack."""
+
+    __annotations__ = {
+        "resolution": bpy.props.EnumProperty(
+            name="Resolution",
+            description="Texels along each side of what is baked from this camera. "
+            "The preset may allow fewer",
+            items=_RESOLUTION_ITEMS,
+            default=_RESOLUTION_ITEMS[-1][0],
+        ),
+    }
 
 
 class RELUME_PG_settings(bpy.types.PropertyGroup):
@@ -44,6 +66,13 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             min=0,
             soft_max=64,
         ),
+        "box_object": bpy.props.PointerProperty(
+            name="Box of Interest",
+            description="Cameras are placed for what lies in this object's bounds: an empty, drawn "
+            "as a cube, or a mesh. Without one, for what the scene's cameras see",
+            type=bpy.types.Object,
+            poll=_bounds_a_box,
+        ),
         "viewport_samples": bpy.props.IntProperty(
             name="Viewport Samples",
             description="Pictures drawn one after the other and averaged while the view stands "
@@ -63,12 +92,16 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
 
 
 def register() -> None:
-    """Give every scene its settings."""
-    bpy.utils.register_class(RELUME_PG_settings)
+    """Give every scene and camera its settings."""
+    for cls in (RELUME_PG_camera, RELUME_PG_settings):
+        bpy.utils.register_class(cls)
+    bpy.types.Camera.relume = bpy.props.PointerProperty(type=RELUME_PG_camera)
     bpy.types.Scene.relume = bpy.props.PointerProperty(type=RELUME_PG_settings)
 
 
 def unregister() -> None:
     """Take them away again; what a .blend saved of them stays in it."""
     del bpy.types.Scene.relume
-    bpy.utils.unregister_class(RELUME_PG_settings)
+    del bpy.types.Camera.relume
+    for cls in (RELUME_PG_settings, RELUME_PG_camera):
+        bpy.utils.unregister_class(cls)

@@ -12,13 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 import pytest
 
 from addon.caching.store import CacheStore
-from addon.camplace.cameras_file import read_cameras
+from addon.camplace.camera import CachingCamera
+from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.errors import InputError
 from addon.ui import job
 from addon.ui.cache_folder import PLACEMENT_NAME
+from addon.ui.camera_objects import show_cameras
 
 
 def session_state() -> dict[str, Any]:
@@ -185,7 +188,8 @@ def test_place_in_the_background(extension: None, tmp_path: Path) -> None:
     assert bpy.ops.relume.place() == {"FINISHED"}
     cameras = read_cameras(tmp_path / "cache" / PLACEMENT_NAME)
     assert len(cameras) >= 2
-    assert len(bpy.data.collections["Relume Cameras"].objects) == len(cameras)
+    shown = bpy.data.collections["Relume Cameras"].objects
+    assert sum(obj.type == "CAMERA" for obj in shown) == len(cameras)
     after = session_state()
     # The new collection is an edit of the file, which asks to be saved.
     del before["dirty"], after["dirty"]
@@ -212,3 +216,53 @@ def test_bake_in_the_background_places_first_and_then_keeps_what_is_there(
     assert bpy.ops.relume.bake() == {"FINISHED"}
     assert {path.name: path.stat().st_mtime_ns for path in folder.rglob("*.exr")} == files
     assert not list(folder.rglob("*.part"))
+
+
+def test_bake_takes_what_the_artist_did_to_the_cameras(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(job, "command", lambda *_: ["true"])
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path / "cache")
+    path = tmp_path / "cache" / PLACEMENT_NAME
+    path.parent.mkdir()
+    placed = tuple(
+        CachingCamera(number, np.eye(4), 1.0, 0.1, 50.0, 512, "PERSPECTIVE", number)
+        for number in range(3)
+    )
+    write_cameras(path, placed)
+    show_cameras(scene, placed)
+    written = path.stat().st_mtime_ns
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    assert path.stat().st_mtime_ns == written  # nothing was edited
+
+    bpy.data.objects["Relume 0001 View 1"].location.x = 3.0
+    bpy.data.objects.remove(bpy.data.objects["Relume 0002 View 2"])
+    own = bpy.data.objects.new("Own", bpy.data.cameras.new("Own"))
+    bpy.data.collections["Relume Cameras"].objects.link(own)
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    cameras = read_cameras(path)
+    assert [camera.id for camera in cameras] == [0, 1, 3]
+    assert cameras[0].to_json() == placed[0].to_json()
+    assert cameras[1].origin.tolist() == [3.0, 0.0, 0.0]
+    assert cameras[2].kind == "PERSPECTIVE"
+
+
+def test_placing_for_a_box_of_interest(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path)
+    scene.relume.box_object = bpy.data.objects["Cube"]
+    started: list[Any] = []
+
+    def remember(_blend: Path, steps: Any) -> list[str]:
+        started.extend(steps)
+        return ["false"]
+
+    monkeypatch.setattr(job, "command", remember)
+    with pytest.raises(RuntimeError):
+        bpy.ops.relume.place()
+    ((verb, words),) = started
+    assert verb == "place"
+    assert words[words.index("--box-object") + 1] == "Cube"

@@ -5,9 +5,10 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from addon.errors import InputError
 from addon.progress import Progress, part_of
@@ -28,9 +29,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--weights", type=Path, metavar="WEIGHTS.json",
         help="how much objects and materials matter, 0 to 1, by their names",
     )  # fmt: skip
-    parser.add_argument(
+    interest = parser.add_mutually_exclusive_group()
+    interest.add_argument(
         "--box", type=arguments.box, metavar="X,Y,Z,X,Y,Z",
         help="lowest and highest corner of what is of interest (default: from the views)",
+    )  # fmt: skip
+    interest.add_argument(
+        "--box-object", metavar="NAME",
+        help="an object of the scene, an empty or a mesh, that bounds what is of interest",
     )  # fmt: skip
     arguments.add_placement(parser)
 
@@ -55,7 +61,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     progress(0.05, "reading the scene")
     geometry = with_weights(read_scene(scene).geometry, weights)
     views = read_shot(scene)
-    settings = arguments.placement_settings(args, bounds=args.box)
+    settings = arguments.placement_settings(args, bounds=_box(args, scene))
     placement = place_cameras(geometry, views, settings, part_of(progress, 0.1, 0.9))
     written = []
     if args.out is not None:
@@ -78,6 +84,17 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "written": written,
         "warnings": [*geometry.warnings, *placement.warnings],
     }
+
+
+def _box(args: argparse.Namespace, scene: Any) -> NDArray[np.float64] | None:
+    """The box of interest that was asked for."""
+    if args.box_object is None:
+        return cast("NDArray[np.float64] | None", args.box)
+    import bpy
+
+    from addon.scene.box_reader import find_box
+
+    return find_box(bpy.context.evaluated_depsgraph_get(), scene, args.box_object)
 
 
 def _check_places(out: Path | None, show: Path | None) -> None:

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads caching cameras back from the scene, with what the artist did to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..camplace.aim import WIDEST
+from ..camplace.camera import CachingCamera
+from ..errors import InputError
+from ..scene.caching_collection_reader import CACHING_MARK, caching_collection
+from ..scene.object_matrix_reader import world_from_object
+from ..scene.view_reader import rigid
+from .camera_objects import drawn_resolution
+
+# Blender holds float32 values, and makes a transform of several of them: a few roundings of 6e-8
+# for a place, and some more for a rotation, which goes through angles. No artist changes so little.
+SAME_PLACE = 5e-7
+SAME_VALUE = 1e-5
+
+
+def edited_cameras(
+    depsgraph: Any, scene: Any, placed: Sequence[CachingCamera]
+) -> tuple[CachingCamera, ...] | None:
+    """The cameras in the scene's collection by their numbers; None without a collection.
+
+    A camera that was not touched is the placed one to the last bit, so that what is baked of it
+    stays current. One that the artist added gets the next free number.
+
+    Args:
+        depsgraph: the scene's evaluated one.
+        scene: a `bpy.types.Scene`.
+        placed: what `show_cameras` was given last; may be empty.
+
+    Raises:
+        InputError: the collection holds no camera, or one that cannot be baked.
+    """
+    collection = caching_collection(scene)
+    if collection is None:
+        return None
+    objects = sorted(
+        (obj for obj in collection.all_objects if obj.type == "CAMERA"), key=lambda o: str(o.name)
+    )
+    if not objects:
+        raise InputError(
+            f"the collection '{collection.name}' holds no camera; place again, or delete it"
+        )
+    placed_by_id = {camera.id: camera for camera in placed}
+    found: dict[int, CachingCamera] = {}
+    added = []
+    for obj in objects:
+        number = obj.get(CACHING_MARK)
+        # A copy has the number of what it was copied from, and a later name.
+        if not isinstance(number, int) or number in found:
+            added.append(obj)
+            continue
+        found[number] = _read(depsgraph, scene, obj, number, placed_by_id.get(number))
+    free = max([*found, *placed_by_id, -1]) + 1
+    for number, obj in enumerate(added, start=free):
+        found[number] = _read(depsgraph, scene, obj, number, None)
+    return tuple(found[number] for number in sorted(found))
+
+
+def _read(
+    depsgraph: Any, scene: Any, obj: Any, number: int, placed: CachingCamera | None
+) -> CachingCamera:
+    data = obj.data
+    if data.type != "PERSP":
+        raise InputError(
+            f"caching camera '{obj.name}' is {data.type.lower()}; make it a perspective camera, "
+            "or take it out of its collection"
+        )
+    if not data.clip_start < data.clip_end:
+        raise InputError(f"caching camera '{obj.name}' ends before it begins; mend its clips")
+    matrix = rigid(world_from_object(depsgraph, obj))
+    if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored object: its picture is not
+        matrix[:3, 0] *= -1.0
+    read = CachingCamera(
+        id=number,
+        world_from_camera=matrix,
+        fov=_fov(depsgraph, scene, obj),
+        near=float(data.clip_start),
+        far=float(data.clip_end),
+        resolution=int(data.relume.resolution),
+        kind="PERSPECTIVE" if placed is None else placed.kind,
+        source=number if placed is None else placed.source,
+    )
+    return placed if placed is not None and _untouched(read, placed) else read
+
+
+def _fov(depsgraph: Any, scene: Any, obj: Any) -> float:
+    """The angle of the square picture that holds what the camera shows at the render's shape."""
+    render = scene.render
+    matrix = obj.calc_matrix_camera(
+        depsgraph,
+        x=render.resolution_x,
+        y=render.resolution_y,
+        scale_x=render.pixel_aspect_x,
+        scale_y=render.pixel_aspect_y,
+    )
+    fov = 2.0 * float(np.arctan(1.0 / min(matrix[0][0], matrix[1][1])))
+    if fov > WIDEST * (1.0 + SAME_VALUE):
+        raise InputError(
+            f"caching camera '{obj.name}' sees {np.degrees(fov):.0f} degrees wide, of which Relume "
+            f"bakes {np.degrees(WIDEST):.0f} at most; give it a longer lens"
+        )
+    return min(fov, float(WIDEST))
+
+
+def _untouched(read: CachingCamera, placed: CachingCamera) -> bool:
+    """Whether Blender's float32 values are those of the placed camera."""
+    moved = float(np.abs(read.origin - placed.origin).max())
+    turned = float(np.abs(read.world_from_camera - placed.world_from_camera)[:3, :3].max())
+    now, then = ((c.fov, c.near, c.far) for c in (read, placed))
+    return bool(
+        moved <= SAME_PLACE * max(placed.far, float(np.abs(placed.origin).max()))
+        and turned <= SAME_VALUE
+        and np.allclose(now, then, rtol=SAME_VALUE, atol=0.0)
+        and read.resolution == drawn_resolution(placed.resolution)
+    )

@@ -1,189 +1,323 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The greedy choice of cameras by what they really add."""
+"""The greedy choice of cameras by what they really add for what they cost."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..progress import Progress
-from .aim import aimed_camera, cube_cameras
-from .box import inside_box
+from .aim import aimed_camera, cube_cameras, needed_resolution
+from .budget import Budget
 from .camera import CachingCamera
-from .coverage import Seen, gain, joined, score, seen_by_camera, visible_from
-from .grid import Grid
+from .coverage import gain, joined, score, seen_by_camera
+from .keep import kept_groups, least_missed
+from .offer import Choice, Group, Offer
+from .places import Proposer, Sights, fixed_places
 from .prepare import Stage
-from .settings import PlacementSettings
+from .settings import RESOLUTIONS, PlacementSettings
 from .spheres import Spheres
-from .surface_distance import sphere_directions
-from .votes import Ballot, strongest_cells
 
-# A camera keeps at least this many cells from every surface. Nearer, its picture is filled with
-# one small patch, and a surface that the samples missed could hide all else.
-CLEARANCE = 1.5
-# Directions in which the nearest surface is looked for.
-STAR = 64
 # Samples on which all candidates are tried, and how many of these are then tried on all samples.
 SCREENED = 2048
 FINALISTS = 8
-# Cells looked at for each candidate wanted, since those near surfaces fall away.
-SPARE_CELLS = 6
+# An earlier camera is given up for another only if that raises the score by as many least gains:
+# it is baked already, and pictures that change for nothing are worse than a little less sharp.
+SWAP = 10.0
+
+Stop = Literal["budget", "gain"]
 
 
 @dataclass(frozen=True)
-class Choice:
-    """A chosen camera, in the local frame and at the highest resolution, and what it covers."""
+class Chosen:
+    """What was chosen, and why no more.
 
-    camera: CachingCamera
-    seen: Seen
-
-
-def choose_primaries(
-    stage: Stage, spheres: Spheres, quality: NDArray[np.float64], settings: PlacementSettings
-) -> tuple[list[Choice], NDArray[np.float64]]:
-    """Up to `settings.primaries` cubes at sphere centres, greedily by gain.
-
-    A face that covers no sample is left out: it would be baked for nothing.
-
-    Returns:
-        The cameras, and the quality (S,) with which samples are seen with them.
+    Attributes:
+        groups: cameras in the order of choice, a cube's faces together.
+        reached: (S,) bool, samples that some place that was tried sees at a usable angle.
+        stop: "budget" when no camera more was allowed, "gain" when none would have added
+            enough.
+        kept: how many of the first groups are earlier ones.
     """
-    everything = np.arange(len(stage.samples))
-    offers: list[list[Choice]] = []
-    for source in range(min(len(spheres), settings.candidates)):
-        visible = visible_from(
-            spheres.centre[source], stage.samples, stage.lift, stage.rays, everything
-        )
-        faces = cube_cameras(spheres.centre[source], settings.max_resolution)
-        offers.append(
-            [
-                Choice(replace(face, source=source), seen_by_camera(face, stage.samples, visible))
-                for face in faces
-            ]
-        )
-    chosen: list[Choice] = []
-    for _ in range(settings.primaries):
-        gains = [_cube_gain(offer, quality, stage.samples.weight) for offer in offers]
-        if not gains or max(gains) < settings.least_gain:
-            break
-        best = offers.pop(int(np.argmax(gains)))
-        chosen += [choice for choice in best if choice.seen.index.size]
-        for choice in best:
-            quality = joined(quality, choice.seen)
-    return chosen, quality
+
+    groups: tuple[Group, ...]
+    reached: NDArray[np.bool_]
+    stop: Stop
+    kept: int = 0
 
 
-def choose_secondaries(
+def choose_cameras(
     stage: Stage,
     spheres: Spheres,
-    quality: NDArray[np.float64],
     settings: PlacementSettings,
+    propose: Proposer,
     *,
-    rng: np.random.Generator,
+    earlier: Sequence[Sequence[CachingCamera]] = (),
     progress: Progress,
-) -> tuple[list[Choice], NDArray[np.float64]]:
-    """Up to `settings.secondaries` perspective cameras, each the best of the voted places.
+) -> Chosen:
+    """Choose cubes and perspective cameras, one after the other.
 
-    Centres of spheres are offered too: they are few, far from surfaces, and see much.
+    Without a budget, `settings.primaries` cubes come first and `settings.secondaries`
+    perspective cameras then, as in the paper. With one, whatever gains most for its share of
+    what is left of the budget comes next, be it a cube, a perspective camera or, where texels
+    are counted, a higher resolution for a camera chosen before.
 
-    Returns:
-        The cameras, and the quality (S,) with which samples are seen with them.
+    Args:
+        stage: the scene and its samples, settled by the spheres.
+        spheres: the candidates for cubes.
+        settings: the budget and the knobs.
+        propose: gives places for perspective cameras.
+        earlier: cameras to keep where they earn it, cubes as one group; in the local frame.
+        progress: called with 0 to 1.
     """
-    chosen: list[Choice] = []
-    if not settings.secondaries:
-        return chosen, quality
-    grid = Grid.over(stage.box, settings.grid_cells)
-    ballot = Ballot(
-        stage.samples,
-        stage.lift,
-        grid,
-        stage.rays,
-        count=settings.rays,
-        resolution=settings.max_resolution,
-        rng=rng,
-    )
-    fixed = spheres.centre[: settings.candidates // 2]
-    if settings.offer_views:
-        places = [view.origin for view in stage.views if view.perspective]
-        fixed = np.concatenate([fixed, np.array(places).reshape(-1, 3)])
-    for source in range(settings.secondaries):
-        progress(0.55 + 0.4 * source / settings.secondaries, "Choosing secondary cameras")
-        voted = _voted_places(stage, grid, ballot.count(quality), settings.candidates)
-        best = _best_of(stage, np.concatenate([voted, fixed]), quality, settings)
-        if best is None:
+    choice = _Greedy(stage, spheres, settings, propose)
+    choice.keep(earlier)
+    kept = len(choice.groups)
+    while True:
+        progress(choice.done(), "Choosing cameras")
+        offer = choice.best()
+        if offer is not None:
+            choice.take(offer)
+        elif choice.stop == "budget" and kept and choice.swap(kept):
+            kept -= 1
+        else:
             break
-        chosen.append(Choice(replace(best.camera, source=source), best.seen))
-        quality = joined(quality, best.seen)
-    return chosen, quality
+    return Chosen(tuple(choice.groups), choice.sights.reached, choice.stop, kept)
 
 
-def _cube_gain(
-    faces: list[Choice], quality: NDArray[np.float64], weight: NDArray[np.float64]
-) -> float:
-    """What a whole cube adds; its faces share only the samples on their edges."""
-    total = 0.0
-    for face in faces:
-        total += gain(face.seen, quality, weight)
-        quality = joined(quality, face.seen)
-    return total
+class _Greedy:
+    """The state of the choice."""
 
+    def __init__(
+        self, stage: Stage, spheres: Spheres, settings: PlacementSettings, propose: Proposer
+    ) -> None:
+        self.stage = stage
+        self.settings = settings
+        self.propose = propose
+        self.sights = Sights(stage)
+        self.fixed = fixed_places(stage, spheres, settings)
+        self.total = Budget.of(settings)
+        self.groups: list[Group] = []
+        self.quality = np.zeros(len(stage.samples))
+        self.stop: Stop = "gain"
+        # Cubes are looked at only where some can be had.
+        cubes = settings.candidates if settings.budgeted or settings.primaries else 0
+        self.cubes = [self._cube(spheres, index) for index in range(min(len(spheres), cubes))]
 
-def _voted_places(
-    stage: Stage, grid: Grid, votes: NDArray[np.float64], count: int
-) -> NDArray[np.float64]:
-    """(N, 3) the strongest cells' centres that keep clear of surfaces, N <= count."""
-    places = grid.centres(strongest_cells(votes, count * SPARE_CELLS))
-    places = places[inside_box(places, stage.box)]
-    if not len(places):
-        return places
-    clear = stage.surface.distance(places, sphere_directions(STAR))
-    return places[clear >= CLEARANCE * grid.cell][:count]
+    @property
+    def left(self) -> Budget:
+        """The budget less what the groups cost."""
+        choices = [choice for group in self.groups for choice in group]
+        return self.total.less(len(choices), sum(choice.texels for choice in choices))
 
+    def done(self) -> float:
+        """About how much of the work is done, 0 to 1."""
+        if not self.total.limited:
+            wanted = self.settings.primaries + self.settings.secondaries
+            return min(1.0, len(self.groups) / wanted)
+        choices = [choice for group in self.groups for choice in group]
+        texels = sum(choice.texels for choice in choices)
+        return min(1.0, self.total.share(len(choices), texels))
 
-def _best_of(
-    stage: Stage,
-    places: NDArray[np.float64],
-    quality: NDArray[np.float64],
-    settings: PlacementSettings,
-) -> Choice | None:
-    """The camera that gains most among those at `places` (N, 3); None if none gains enough.
-
-    With many samples, all places are first tried on some of them, and the best few on all.
-    """
-    lacking = np.flatnonzero(stage.samples.weight * (1.0 - score(quality)) > 0.0)
-    thin = max(1, len(lacking) // SCREENED)
-    if thin > 1:
-        rough = [
-            _camera_at(stage, place, lacking[::thin], quality, settings)[1] for place in places
+    def keep(self, earlier: Sequence[Sequence[CachingCamera]]) -> None:
+        """Begin with those earlier cameras that still earn their place."""
+        seen = [
+            tuple(self._choice(camera, self.sights.of(camera.origin)) for camera in group)
+            for group in earlier
         ]
-        places = places[np.argsort(-np.array(rough), kind="stable")[:FINALISTS]]
-    best: CachingCamera | None = None
-    most = settings.least_gain
-    for place in places:
-        camera, gained = _camera_at(stage, place, lacking, quality, settings)
-        if gained > most:
-            best, most = camera, gained
-    if best is None:
+        self._set(kept_groups(seen, self.stage.samples.weight, self.settings))
+
+    def best(self) -> Offer | None:
+        """What gains most for its cost among what can be had; None ends the choice.
+
+        `stop` then says why: something would have gained enough, or nothing.
+        """
+        self.stop = "gain"
+        for offers in self._phases():
+            worth = [offer for offer in offers if offer.gained > self.settings.least_gain]
+            left = self.left
+            fits = [offer for offer in worth if left.fits(offer.cameras, offer.texels)]
+            if fits:
+                return max(fits, key=lambda o: o.gained / left.share(o.cameras, o.texels))
+            if worth:
+                self.stop = "budget"
         return None
-    everything = np.arange(len(stage.samples))
-    visible = visible_from(best.origin, stage.samples, stage.lift, stage.rays, everything)
-    return Choice(best, seen_by_camera(best, stage.samples, visible))
 
+    def take(self, offer: Offer) -> None:
+        """Add the offer to the choice."""
+        groups = list(self.groups)
+        if offer.instead_of is not None:
+            groups[offer.instead_of] = offer.group
+        else:
+            groups.append(offer.group)
+            self.cubes = [cube for cube in self.cubes if cube is not offer.cube]
+        self._set(groups)
 
-def _camera_at(
-    stage: Stage,
-    place: NDArray[np.float64],
-    wanted: NDArray[np.int64],
-    quality: NDArray[np.float64],
-    settings: PlacementSettings,
-) -> tuple[CachingCamera | None, float]:
-    """The best camera at `place` (3,) for the samples `wanted` (W,), and what they gain by it."""
-    visible = visible_from(place, stage.samples, stage.lift, stage.rays, wanted)
-    if not visible.size:
-        return None, 0.0
-    camera, _, gained = aimed_camera(
-        place, stage.samples, visible, quality, settings.max_resolution
-    )
-    return camera, gained
+    def swap(self, kept: int) -> bool:
+        """Give up that of the first `kept` groups that is missed least, if another is worth it."""
+        number, loss = least_missed(self.groups, self.stage.samples.weight, range(kept))
+        before = list(self.groups)
+        self._set([group for index, group in enumerate(before) if index != number])
+        offer = self.best()
+        if offer is not None and offer.gained - loss >= SWAP * self.settings.least_gain:
+            self.take(offer)
+            return True
+        self._set(before)
+        self.stop = "budget"
+        return False
+
+    def _set(self, groups: Sequence[Group]) -> None:
+        self.groups = list(groups)
+        self.quality = np.zeros(len(self.stage.samples))
+        for group in self.groups:
+            for choice in group:
+                self.quality = joined(self.quality, choice.seen)
+
+    def _phases(self) -> Iterator[list[Offer]]:
+        """What is offered together; later phases only when an earlier one has nothing."""
+        if self.settings.budgeted:
+            left = self.left
+            if not left.fits(1, 0) or not left.fits(0, RESOLUTIONS[0] ** 2):
+                # Nothing can be paid for. Whether something is worth it is told all the same.
+                yield self._perspective_offers()
+                return
+            yield [*self._cube_offers(), *self._perspective_offers(), *self._finer_offers()]
+            return
+        cubes = sum(group[0].camera.kind == "CUBE_FACE" for group in self.groups)
+        if cubes < self.settings.primaries:
+            yield self._cube_offers()
+        if len(self.groups) - cubes < self.settings.secondaries:
+            yield self._perspective_offers()
+        elif self.settings.secondaries:
+            self._note_what_is_missing()
+
+    def _note_what_is_missing(self) -> None:
+        """The number of secondaries is used up: say whether another would have gained enough."""
+        offers = self._perspective_offers()
+        if any(offer.gained > self.settings.least_gain for offer in offers):
+            self.stop = "budget"
+
+    def _cube(self, spheres: Spheres, index: int) -> Group:
+        """The faces of a cube in the sphere `index`, without those that see no sample."""
+        centre = spheres.centre[index]
+        visible = self.sights.of(centre)
+        faces = cube_cameras(centre, self.settings.max_resolution)
+        group = tuple(self._choice(replace(face, source=index), visible) for face in faces)
+        return tuple(choice for choice in group if choice.seen.index.size)
+
+    def _cube_offers(self) -> list[Offer]:
+        return [offer for cube in self.cubes if cube for offer in self._offers(cube, cube)]
+
+    def _perspective_offers(self) -> list[Offer]:
+        best = self._best_place()
+        return [] if best is None else self._offers((best,))
+
+    def _finer_offers(self) -> list[Offer]:
+        """Higher resolutions for the cameras that have been chosen, where texels are counted."""
+        offers = []
+        for number, group in enumerate(self.groups if self.total.texels is not None else []):
+            for face, choice in enumerate(group):
+                for tier in self._tiers():
+                    if choice.camera.resolution < tier <= self._needed(choice):
+                        finer = choice.at(tier)
+                        offers.append(
+                            Offer(
+                                group=(*group[:face], finer, *group[face + 1 :]),
+                                gained=gain(finer.seen, self.quality, self.stage.samples.weight),
+                                cameras=0,
+                                texels=finer.texels - choice.texels,
+                                instead_of=number,
+                            )
+                        )
+        return offers
+
+    def _offers(self, group: Group, cube: Group | None = None) -> list[Offer]:
+        """The group at the resolutions that it needs, and at lower ones if texels are counted."""
+        needed = [self._needed(choice) for choice in group]
+        tops = self._tiers() if self.total.texels is not None else self._tiers()[-1:]
+        offers = []
+        for top in tops:
+            if top > max(needed) and top != tops[-1]:
+                continue
+            settled = tuple(
+                choice.at(min(top, need)) for choice, need in zip(group, needed, strict=True)
+            )
+            offers.append(
+                Offer(
+                    group=settled,
+                    gained=self._gain(settled),
+                    cameras=len(settled),
+                    texels=sum(choice.texels for choice in settled),
+                    cube=cube,
+                )
+            )
+        return offers
+
+    def _gain(self, group: Group) -> float:
+        """What a whole group adds; the faces of a cube share only the samples on their edges."""
+        total = 0.0
+        quality = self.quality
+        for choice in group:
+            total += gain(choice.seen, quality, self.stage.samples.weight)
+            if len(group) > 1:
+                quality = joined(quality, choice.seen)
+        return total
+
+    def _best_place(self) -> Choice | None:
+        """The camera that gains most among all places; None if none sees anything lacking.
+
+        With many samples, all places are first tried on some of them, and the best few on all.
+        """
+        lacking = self.stage.samples.weight * (1.0 - score(self.quality)) > 0.0
+        wanted = np.flatnonzero(lacking)
+        thin = wanted[:: max(1, len(wanted) // SCREENED)]
+        few = np.zeros(len(lacking), dtype=np.bool_)
+        few[thin] = True
+        voted = self.propose(self.quality)
+        tried: list[tuple[float, NDArray[np.float64]]] = []
+        for number, place in enumerate(np.concatenate([voted, self.fixed])):
+            if number >= len(voted):
+                self.sights.of(place)  # asked for once, and known in all later rounds
+            tried.append((self._aimed(place, self.sights.among(place, thin, few))[1], place))
+        # Sorting keeps the order of equals, so the same places win each time.
+        tried.sort(key=lambda entry: -entry[0])
+        best: CachingCamera | None = None
+        most = 0.0
+        for _, place in tried[:FINALISTS]:
+            visible = self.sights.of(place)
+            camera, gained = self._aimed(place, visible[lacking[visible]])
+            if gained > most:
+                best, most = camera, gained
+        if best is None:
+            return None
+        return self._choice(best, self.sights.of(best.origin))
+
+    def _aimed(
+        self, place: NDArray[np.float64], visible: NDArray[np.int64]
+    ) -> tuple[CachingCamera | None, float]:
+        """The best camera at `place` (3,) for what it sees (V,), and what is gained by it."""
+        if not visible.size:
+            return None, 0.0
+        camera, _, gained = aimed_camera(
+            place, self.stage.samples, visible, self.quality, self.settings.max_resolution
+        )
+        return camera, gained
+
+    def _choice(self, camera: CachingCamera, visible: NDArray[np.int64]) -> Choice:
+        return Choice(camera, seen_by_camera(camera, self.stage.samples, visible))
+
+    def _tiers(self) -> list[int]:
+        return [tier for tier in RESOLUTIONS if tier <= self.settings.max_resolution]
+
+    def _needed(self, choice: Choice) -> int:
+        """The resolution at which the camera is as sharp as the views, for most that it sees."""
+        return needed_resolution(
+            choice.seen,
+            self.stage.samples.weight,
+            choice.camera.resolution,
+            self.settings.max_resolution,
+        )

@@ -5,21 +5,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..progress import Progress, silent
+from ..progress import Progress, part_of, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.view import View
-from .aim import clip_distances, needed_resolution
+from .aim import clip_distances
 from .box import inside_box
 from .camera import CachingCamera
-from .choose import Choice, choose_primaries, choose_secondaries
-from .coverage import Seen, joined
+from .choose import Chosen, choose_cameras
+from .coverage import WELL_TEXEL, Seen, joined, seen_by
 from .frame import LocalFrame
-from .placement import Placement
+from .placement import LeftOut, Placement, Shares
+from .places import VotedPlaces
 from .prepare import Stage, prepare
 from .settings import PlacementSettings
 from .spheres import Spheres, find_spheres
@@ -29,6 +31,8 @@ from .surface_distance import sphere_directions
 STAR = 256
 # Less of the views' pixels covered than this is worth a warning: the rest will be holes.
 ENOUGH = 0.98
+# Less than this share that no place sees is not told.
+LEAST_TOLD = 0.005
 
 
 def place_cameras(
@@ -36,6 +40,7 @@ def place_cameras(
     views: Sequence[View],
     settings: PlacementSettings,
     progress: Progress = silent,
+    earlier: Sequence[CachingCamera] = (),
 ) -> Placement:
     """Choose caching cameras that see what the views see, sharply where the budget allows.
 
@@ -52,12 +57,18 @@ def place_cameras(
     * The strongest cells are only candidates; embree tells what each would really add, and the
       best is taken. Cells too near a surface are no candidates (`choose`).
     * The resolution follows from the views' pixel size, not from a count of samples (`aim`).
+    * A budget of pictures, texels or megabytes may be given; it is kept exactly, and what gains
+      most for what it costs comes first (`budget`, `choose`).
+    * A scene that changed a little keeps most of its cameras (`keep`); the paper starts anew.
 
     Args:
         geometry: the scene; at least one triangle that cameras see and that has a weight.
         views: what the artist will look at; none means all of the scene alike.
         settings: the budget and the knobs.
         progress: is called between the steps.
+        earlier: cameras of an earlier placement, metres and world space. Those that still earn
+            their place are kept as they are, ids included, and as few others as possible are
+            added; only clips are widened where the scene needs it.
 
     Returns:
         The placement, the same for the same input and seed.
@@ -82,15 +93,26 @@ def place_cameras(
         stage.surface, stage.box, *stage.seeds, searches=settings.sphere_searches, rng=rng
     )
     stage = stage.settled_by(spheres.centre)
-    progress(0.4, "Choosing primary cameras")
-    quality = np.zeros(len(stage.samples))
-    chosen, quality = choose_primaries(stage, spheres, quality, settings)
-    progress(0.5, "Voting for secondary cameras")
-    more, quality = choose_secondaries(
-        stage, spheres, quality, settings, rng=rng, progress=progress
+    progress(0.4, "Letting rays vote for more cameras")
+    chosen = choose_cameras(
+        stage,
+        spheres,
+        settings,
+        VotedPlaces(stage, settings, rng),
+        earlier=_groups([frame.camera_from_world(camera) for camera in earlier]),
+        progress=part_of(progress, 0.5, 0.95),
     )
     progress(0.95, "Setting the cameras' attributes")
-    return _placement(stage, spheres, chosen + more, frame, settings)
+    return _placement(stage, spheres, chosen, frame, settings)
+
+
+def _groups(cameras: Sequence[CachingCamera]) -> list[list[CachingCamera]]:
+    """Perspective cameras alone, the faces of each cube together, in their order."""
+    groups: dict[tuple[str, int], list[CachingCamera]] = {}
+    for camera in cameras:
+        alone = camera.kind == "PERSPECTIVE"
+        groups.setdefault((camera.kind, camera.id if alone else camera.source), []).append(camera)
+    return list(groups.values())
 
 
 def _check_geometry(geometry: SceneGeometry) -> None:
@@ -108,26 +130,39 @@ def _check_geometry(geometry: SceneGeometry) -> None:
 def _placement(
     stage: Stage,
     spheres: Spheres,
-    choices: list[Choice],
+    chosen: Chosen,
     frame: LocalFrame,
     settings: PlacementSettings,
 ) -> Placement:
-    """The chosen cameras with clips and resolution, back in the world."""
+    """The chosen cameras with clips, ids and sources, back in the world."""
     samples = stage.samples
     quality = np.zeros(len(samples))
     cameras: list[CachingCamera] = []
     coverage: list[float] = []
     sharpness: list[float] = []
-    for choice in choices:
-        resolution = needed_resolution(
-            choice.seen, samples.weight, settings.max_resolution, settings.max_resolution
-        )
-        coarser = settings.max_resolution / resolution
-        quality = joined(quality, Seen(choice.seen.index, choice.seen.texel * coarser))
-        camera = replace(choice.camera, id=len(cameras), resolution=resolution)
-        cameras.append(_in_world(camera, stage, choice.seen, frame))
-        coverage.append(float(samples.weight @ (quality > 0.0)))
-        sharpness.append(float(samples.weight @ quality))
+    kept = [choice.camera for group in chosen.groups[: chosen.kept] for choice in group]
+    taken = {camera.id for camera in kept}
+    free_ids = (number for number in count() if number not in taken)
+    secondaries = count()
+    for number, group in enumerate(chosen.groups):
+        earlier = number < chosen.kept
+        source = group[0].camera.source
+        if group[0].camera.kind == "PERSPECTIVE":
+            source = next(secondaries)
+        elif earlier:
+            # An earlier cube's sphere is not among those found now.
+            source = len(spheres)
+            spheres = _with_sphere(spheres, group[0].camera.origin, stage)
+        for choice in group:
+            quality = joined(quality, choice.seen)
+            camera = _with_clips(choice.camera, stage, choice.seen, widen=earlier)
+            camera = replace(camera, id=camera.id if earlier else next(free_ids), source=source)
+            cameras.append(frame.camera_to_world(camera))
+            coverage.append(float(samples.weight @ (quality > 0.0)))
+            sharpness.append(float(samples.weight @ quality))
+    local = [choice.camera for group in chosen.groups for choice in group]
+    shares = _shares(stage, local, quality, chosen)
+    left_out = _left_out(stage, quality, chosen)
     return Placement(
         cameras=tuple(cameras),
         spheres=Spheres(frame.to_world(spheres.centre), spheres.radius * frame.unit),
@@ -139,26 +174,67 @@ def _placement(
         quality=quality,
         coverage=np.array(coverage),
         sharpness=np.array(sharpness),
-        warnings=_warnings(stage, quality, settings),
+        warnings=_warnings(stage, quality, chosen, settings),
+        stop=chosen.stop,
+        shares=shares,
+        left_out=left_out,
+        kept=len(kept),
     )
 
 
-def _in_world(camera: CachingCamera, stage: Stage, seen: Seen, frame: LocalFrame) -> CachingCamera:
-    """The local camera with its clips, in metres and world space."""
+def _with_sphere(spheres: Spheres, centre: NDArray[np.float64], stage: Stage) -> Spheres:
+    """The spheres and one more, as large as the room about `centre` (3,)."""
+    radius = stage.surface.distance(centre[None], sphere_directions(STAR))
+    return Spheres(
+        np.concatenate([spheres.centre, centre[None]]), np.concatenate([spheres.radius, radius])
+    )
+
+
+def _with_clips(camera: CachingCamera, stage: Stage, seen: Seen, *, widen: bool) -> CachingCamera:
+    """The local camera with its clips; those that it has are at most widened if `widen`."""
     corners = np.stack(np.meshgrid(*stage.geometry.bounds.T, indexing="ij"), axis=-1)
     farthest = float(np.linalg.norm(corners.reshape(-1, 3) - camera.origin, axis=-1).max())
     nearest = float(stage.surface.distance(camera.origin[None], sphere_directions(STAR))[0])
     depth: NDArray[np.float64] = camera.project(stage.samples.point[seen.index])[:, 2]
     near, far = clip_distances(depth, nearest, farthest)
-    world_from_camera = camera.world_from_camera.copy()
-    world_from_camera[:3, 3] = frame.to_world(camera.origin)
-    return replace(
-        camera, world_from_camera=world_from_camera, near=near * frame.unit, far=far * frame.unit
+    if widen:
+        near, far = min(near, camera.near), max(far, camera.far)
+    return replace(camera, near=near, far=far)
+
+
+def _shares(
+    stage: Stage, cameras: Sequence[CachingCamera], quality: NDArray[np.float64], chosen: Chosen
+) -> Shares:
+    """Seen and well seen of the stage's samples."""
+    samples = stage.samples
+    seen = quality > 0.0
+    for camera in cameras:
+        seen[seen_by(camera, samples, stage.lift, stage.rays)] = True
+    well = quality * WELL_TEXEL >= 1.0
+    by_view = np.where(samples.from_view, samples.weight, 0.0)
+    # Points by area are drawn by area and weight, so each stands for as much of them.
+    by_area = ~samples.from_view & (stage.known_side | chosen.reached | seen)
+    figures = []
+    for weight in (by_view, by_area.astype(np.float64)):
+        total = float(weight.sum()) or float("nan")
+        figures += [float(weight @ seen) / total, float(weight @ well) / total]
+    return Shares(*figures)
+
+
+def _left_out(stage: Stage, quality: NDArray[np.float64], chosen: Chosen) -> LeftOut:
+    """Why samples are not covered."""
+    weight = np.where(quality > 0.0, 0.0, stage.samples.weight)
+    reachable = float(weight @ chosen.reached)
+    over_budget = reachable if chosen.stop == "budget" else 0.0
+    return LeftOut(
+        unreachable=float(weight.sum()) - reachable,
+        over_budget=over_budget,
+        too_little=reachable - over_budget,
     )
 
 
 def _warnings(
-    stage: Stage, quality: NDArray[np.float64], settings: PlacementSettings
+    stage: Stage, quality: NDArray[np.float64], chosen: Chosen, settings: PlacementSettings
 ) -> tuple[str, ...]:
     """What the user should know about the result."""
     warnings = []
@@ -169,9 +245,10 @@ def _warnings(
         share = float(samples.weight[looked_at] @ (quality[looked_at] > 0.0)) / float(total)
         if share < ENOUGH:
             what = "what the views see" if samples.from_view.any() else "the surface"
+            hidden = samples.weight[looked_at] @ ((quality == 0.0) & ~chosen.reached)[looked_at]
             warnings.append(
-                f"The caching cameras cover {100.0 * share:.1f} % of {what}; allow more than "
-                f"{settings.secondaries} secondary cameras to close the holes."
+                f"The caching cameras cover {100.0 * share:.1f} % of {what}; "
+                + _remedy(chosen, settings, float(hidden) / float(total))
             )
     outside = [
         view.name or "the viewport"
@@ -184,3 +261,15 @@ def _warnings(
             "placed inside the box only."
         )
     return tuple(warnings)
+
+
+def _remedy(chosen: Chosen, settings: PlacementSettings, unreachable: float) -> str:
+    """Why the rest is not covered, and what to do about it."""
+    text = "no other camera would add enough to be worth its bake."
+    if chosen.stop == "budget" and settings.budgeted:
+        text = "allow a larger budget to close the holes."
+    elif chosen.stop == "budget":
+        text = f"allow more than {settings.secondaries} secondary cameras to close the holes."
+    if unreachable >= LEAST_TOLD:
+        text += f" No place sees {100.0 * unreachable:.1f} % at a usable angle."
+    return text

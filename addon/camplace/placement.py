@@ -4,12 +4,47 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .camera import CachingCamera
 from .spheres import Spheres
+
+
+@dataclass(frozen=True)
+class Shares:
+    """What part of the placement's own samples the cameras see, 0 to 1.
+
+    Fresh samples say a little less: cameras were aimed at these ones.
+
+    Attributes:
+        view_seen, view_well: of what the views see, by their pixels and the artist's weights;
+            NaN without views that see anything.
+        area_seen, area_well: of the surface in the box that some place that was tried can see,
+            by area and the artist's weights; NaN where there is none.
+    """
+
+    view_seen: float = float("nan")
+    view_well: float = float("nan")
+    area_seen: float = float("nan")
+    area_well: float = float("nan")
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """Why samples are not covered, as shares of the whole weight; together what is not covered.
+
+    Attributes:
+        unreachable: no place that was tried sees them at a usable angle.
+        over_budget: another camera would have gained enough, but the budget was used up.
+        too_little: no other camera would have gained enough.
+    """
+
+    unreachable: float = 0.0
+    over_budget: float = 0.0
+    too_little: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -27,6 +62,10 @@ class Placement:
             no larger than the view's pixel.
         coverage: (C,) float64, share of the weight that is covered after each camera.
         sharpness: (C,) float64, mean quality by weight after each camera.
+        stop: why there are no more cameras: the budget is used up, or none would gain enough.
+        shares: what the cameras see and see well, by view and by area.
+        left_out: why the rest is not covered.
+        kept: how many of the cameras are earlier ones, unchanged but for their clips.
         warnings: one sentence for each thing that the user should know.
     """
 
@@ -41,8 +80,32 @@ class Placement:
     coverage: NDArray[np.float64]
     sharpness: NDArray[np.float64]
     warnings: tuple[str, ...] = ()
+    stop: Literal["budget", "gain"] = "gain"
+    shares: Shares = Shares()
+    left_out: LeftOut = LeftOut()
+    kept: int = 0
 
     @property
     def covered(self) -> NDArray[np.bool_]:
         """(S,) which samples at least one camera covers."""
         return self.quality > 0.0
+
+    @property
+    def texels(self) -> int:
+        """Over all pictures."""
+        return sum(camera.resolution**2 for camera in self.cameras)
+
+    def report(self) -> dict[str, Any]:
+        """The figures as plain values for JSON; NaN where there is nothing to be seen."""
+        return {
+            "seen": {"by_view": self.shares.view_seen, "by_area": self.shares.area_seen},
+            "well_seen": {"by_view": self.shares.view_well, "by_area": self.shares.area_well},
+            "uncovered": {
+                "unreachable": self.left_out.unreachable,
+                "over_budget": self.left_out.over_budget,
+                "too_little_gain": self.left_out.too_little,
+            },
+            "stopped_by": self.stop,
+            "texels": self.texels,
+            "kept": self.kept,
+        }

@@ -35,6 +35,14 @@ class PlacementSettings:
         max_resolution: highest resolution tier, one of RESOLUTIONS.
         bounds: (2, 3) float64, lowest and highest corner of the box of interest, metres, world
             space; None takes it from the views.
+        cameras: most pictures; a cube is as many as it has faces that see something, six at
+            most. This and the next two are budgets: where any is given, `primaries` and
+            `secondaries` do not count, cubes and perspective cameras compete by what they gain
+            for what they cost, and every budget given is kept exactly.
+        texels: most texels, over all pictures.
+        megabytes: as `texels`, in 10^6 bytes, at `bytes_per_texel`.
+        bytes_per_texel: what a texel takes before compression. Which channels a scene needs
+            is known only once it is baked; all of them together take 50 bytes.
         offer_views: also try the views' own viewpoints as places for secondary cameras. A shot
             whose camera hardly moves is then cached best; the paper has no such candidates.
     """
@@ -52,6 +60,10 @@ class PlacementSettings:
     least_gain: float = 1e-3
     max_resolution: int = 2048
     bounds: NDArray[np.float64] | None = None
+    cameras: int | None = None
+    texels: int | None = None
+    megabytes: float | None = None
+    bytes_per_texel: float = 50.0
     offer_views: bool = False
 
     def check(self) -> None:
@@ -62,7 +74,7 @@ class PlacementSettings:
         for name in ("seed", "primaries", "secondaries"):
             if getattr(self, name) < 0:
                 raise InputError(f"The placement setting {name} must not be negative.")
-        if self.primaries + self.secondaries < 1:
+        if not self.budgeted and self.primaries + self.secondaries < 1:
             raise InputError("Ask for at least one primary or secondary camera.")
         if not 2 <= self.grid_cells <= 512:
             raise InputError("The voting grid must have between 2 and 512 cells along a side.")
@@ -70,7 +82,31 @@ class PlacementSettings:
             raise InputError("The placement setting view_share must be between 0 and 1.")
         if self.max_resolution not in RESOLUTIONS:
             raise InputError(f"The highest resolution must be one of {RESOLUTIONS}.")
+        self._check_budget()
         self._check_bounds()
+
+    @property
+    def budgeted(self) -> bool:
+        """Whether a budget replaces the numbers of primary and secondary cameras."""
+        return any(b is not None for b in (self.cameras, self.texels, self.megabytes))
+
+    def _check_budget(self) -> None:
+        if self.cameras is not None and self.cameras < 1:
+            raise InputError("The budget must be at least 1 caching camera.")
+        if not (np.isfinite(self.bytes_per_texel) and self.bytes_per_texel > 0.0):
+            raise InputError("The placement setting bytes_per_texel must be above 0.")
+        least = RESOLUTIONS[0] ** 2
+        if self.texels is not None and self.texels < least:
+            raise InputError(
+                f"The budget must be at least {least} texels: one picture of {RESOLUTIONS[0]} x "
+                f"{RESOLUTIONS[0]}."
+            )
+        megabytes = least * self.bytes_per_texel / 1e6
+        if self.megabytes is not None and not megabytes <= self.megabytes < np.inf:
+            raise InputError(
+                f"The budget must be at least {megabytes:.3g} megabytes: one picture of "
+                f"{RESOLUTIONS[0]} x {RESOLUTIONS[0]}."
+            )
 
     def _check_bounds(self) -> None:
         if self.bounds is None:

@@ -27,6 +27,7 @@ from .linked_surfaces import local_stand_ins
 from .occlusion_filter import smooth_occlusion
 from .plan import ChannelPlan
 from .presets import PRESETS, Preset
+from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, needs_sky, specialized
 from .specialize_closures import DEFAULT_SURFACE
 from .specialize_expression import Constant
@@ -103,8 +104,10 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         wanted = [c for c in fitted if settings.only is None or c.id in settings.only]
         kept = [c for c in wanted if settings.resume and store.is_intact(c.id)]
         todo = [c for c in wanted if c not in kept]
+        sky_rays = ambient_rays if needs_sky(plan, shown) else 0
+        occlusion = OcclusionCaster(geometry, ambient_rays)
         baked = _bake_cameras(
-            scene, store, todo, shown, ambient_rays=ambient_rays, progress=progress
+            scene, store, todo, shown, occlusion, sky_rays=sky_rays, progress=progress
         )
     if world is not None and world.needs_baking:
         started = time.monotonic()
@@ -165,8 +168,9 @@ def _bake_cameras(
     store: CacheStore,
     cameras: Sequence[CachingCamera],
     materials: Sequence[SpecializedMaterial],
+    occlusion: OcclusionCaster,
     *,
-    ambient_rays: int,
+    sky_rays: int,
     progress: Progress,
 ) -> _Baked:
     baked = _Baked()
@@ -174,13 +178,12 @@ def _bake_cameras(
         return baked
     done, total = 0, sum(camera.resolution**2 for camera in cameras)
     has_default = NO_MATERIAL in store.plan.material_names
-    sky_rays = ambient_rays if needs_sky(store.plan, materials) else 0
     with staged(scene, store.plan.stored, has_normal=has_default, sky_rays=sky_rays) as stage:
         for number, camera in enumerate(cameras, start=1):
             message = f"Baking camera {number} of {len(cameras)}"
             progress(0.02 + 0.94 * done / total, message)
             started = time.monotonic()
-            framebuffer = _bake_camera(stage, camera, store.plan, materials)
+            framebuffer = _bake_camera(stage, camera, store.plan, materials, occlusion)
             rendered = time.monotonic()
             record = store.add_camera(framebuffer)
             baked.raw_bytes += framebuffer.raw_bytes
@@ -196,12 +199,13 @@ def _bake_camera(
     camera: CachingCamera,
     plan: ChannelPlan,
     materials: Sequence[SpecializedMaterial],
+    occlusion: OcclusionCaster,
 ) -> DeepFramebuffer:
     rendered = stage.render(camera)
     rendered["depth"] = far_is_nothing(rendered["depth"], camera.far)
     channels = {name: rendered[name] for name in plan.stored}
     if NO_MATERIAL in plan.material_names:
-        _show_default(channels, rendered[PASS_NORMAL], plan)
+        _show_default(camera, channels, rendered[PASS_NORMAL], plan, occlusion)
     elif "material_id" in channels:
         # What is none of the scene's materials is none of its triangles either.
         channels["depth"][channels["material_id"] == 0.0] = 0.0
@@ -217,7 +221,11 @@ def _bake_camera(
 
 
 def _show_default(
-    channels: dict[str, NDArray[np.float32]], normal: NDArray[np.float32], plan: ChannelPlan
+    camera: CachingCamera,
+    channels: dict[str, NDArray[np.float32]],
+    normal: NDArray[np.float32],
+    plan: ChannelPlan,
+    occlusion: OcclusionCaster,
 ) -> None:
     """Surfaces without a material write no AOVs: give them Cycles' default surface."""
     if "material_id" not in channels:
@@ -227,8 +235,11 @@ def _show_default(
     values: dict[str, Any] = {
         "material_id": 1.0 + plan.material_names.index(NO_MATERIAL),
         "normal": normal[missing],
-        "ambient_occlusion": 1.0,
     }
+    if "ambient_occlusion" in channels and missing.any():
+        depth = channels["depth"][..., 0]
+        share = occlusion.open_share(camera, missing, depth, normal[missing])
+        values["ambient_occlusion"] = share[:, None]
     for channel in CHANNELS:
         if channel.name in channels and channel.name != "depth":
             default = getattr(DEFAULT_SURFACE, channel.name, None)

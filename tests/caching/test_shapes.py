@@ -62,13 +62,14 @@ def test_normals_and_depths_of_a_sphere(tmp_path: Path) -> None:
     assert np.allclose(np.linalg.norm(found, axis=1), 1.0, atol=2 * HALF)
 
 
-@pytest.mark.parametrize("beside_cut_outs", [False, True])
-def test_occlusion_beside_a_long_wall(tmp_path: Path, beside_cut_outs: bool) -> None:
+@pytest.mark.parametrize("case", ["plain", "beside cut-outs", "without a material"])
+def test_occlusion_beside_a_long_wall(tmp_path: Path, case: str) -> None:
     """At distance d from an endless wall of height H, (1 - d / sqrt(d^2 + H^2)) / 2 is hidden.
 
-    With a cut-out anywhere, occlusion is the light of a white sky, apart from other lights."""
+    With a cut-out anywhere, occlusion is the light of a white sky, apart from other lights; for
+    surfaces without a material, rays are traced."""
     scene = empty_scene()
-    if beside_cut_outs:
+    if case == "beside cut-outs":
         material, surface = empty_material("veil")
         node = node_in(material.node_tree, "ShaderNodeBsdfPrincipled", Alpha=0.25)
         material.node_tree.links.new(node.outputs[0], surface)
@@ -77,8 +78,9 @@ def test_occlusion_beside_a_long_wall(tmp_path: Path, beside_cut_outs: bool) -> 
         sun.energy = 100.0
         scene.collection.objects.link(bpy.data.objects.new("Sun", sun))
     scene.world = bpy.data.worlds.new("Sky")
-    add_plane(scene, "floor", (0.0, 0.0, 0.0), grey(), size=200.0)
-    wall = add_plane(scene, "wall", (0.0, 0.0, 0.0), bpy.data.materials["grey"], size=2.0)
+    material = None if case == "without a material" else grey()
+    add_plane(scene, "floor", (0.0, 0.0, 0.0), material, size=200.0)
+    wall = add_plane(scene, "wall", (0.0, 0.0, 0.0), material, size=2.0)
     # Upright in the plane x = 0, a thousand times as long as it is high (half under the floor).
     wall.rotation_euler = (0.0, np.pi / 2, 0.0)
     wall.scale = (1.0, 1000.0, 1.0)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.geometry import SceneGeometry
+from .mask import Mask
 
 # A triangle that sticks out of the box is cut in four until its pieces are this share of the
 # box's diagonal: most of a piece that touches the box then lies inside it.
@@ -35,7 +36,7 @@ def sample_area(
         geometry: the surfaces.
         importance: (T,) w_i; triangles of 0 get no points.
         box: (2, 3) lowest and highest corner; only points inside count.
-        count: how many points are wanted.
+        count: how many points are wanted. What is cut away from a surface gets none.
         rng: where the random numbers come from.
 
     Returns:
@@ -61,6 +62,7 @@ def sample_area(
     place = np.where(place.sum(axis=-1, keepdims=True) > 1.0, 1.0 - place, place)
     points = corners[:, 0] + np.einsum("se,sex->sx", place, corners[:, 1:] - corners[:, :1])
     inside = np.flatnonzero(((points >= box[0]) & (points <= box[1])).all(axis=-1))
+    inside = inside[Mask(geometry).there(points[inside], triangle[piece[inside]])]
     if len(inside) > count:
         inside = inside[(np.arange(count) * len(inside)) // count]
     return points[inside], triangle[piece[inside]]

@@ -8,6 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .parallel import in_parts
+
+# Rays walked together: few enough that what is kept of them fits into a processor's cache.
+RAYS = 8192
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -52,47 +57,82 @@ class Grid:
     ) -> Passages:
         """All cells that rays pass, each once for each ray, by 3D-DDA.
 
-        All rays step together: every step moves each ray into its next cell, across the face
-        that it reaches first (Amanatides and Woo, 1987; Fujimoto et al., 1986).
+        Rays step together: every step moves each into its next cell, across the face that it
+        reaches first (Amanatides and Woo, 1987; Fujimoto et al., 1986). How many faces a ray
+        crosses is known from where it ends; with the longest ways first, those still under way
+        are the first ones of the arrays, which then need no sorting out.
 
         Args:
             origins: (R, 3), anywhere.
             directions: (R, 3), unit.
             lengths: (R,), where the rays end; may be inf.
         """
+        parts = -(-len(origins) // RAYS)
+        found: list[Passages | None] = [None] * parts
+
+        def walk(part: slice) -> None:
+            found[part.start // RAYS] = self._walk(
+                origins[part], directions[part], lengths[part], part.start
+            )
+
+        in_parts(walk, len(origins), RAYS)
+        whole = [part for part in found if part is not None]
+        if not whole:
+            return Passages(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
+        return Passages(
+            np.concatenate([part.cell for part in whole]),
+            np.concatenate([part.ray for part in whole]),
+            np.concatenate([part.distance for part in whole]),
+        )
+
+    def _walk(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        lengths: NDArray[np.float64],
+        number: int,
+    ) -> Passages:
+        """`traverse` for some rays, the first of which is called `number`."""
         enter, leave = self._clip(origins, directions, lengths)
         ray = np.flatnonzero(enter < leave)
         shape = np.array(self.shape)
         start = (origins[ray] - self.low) / self.cell
         slope = directions[ray] / self.cell  # cells per unit of length
-        at_entry = start + enter[ray, None] * slope
-        cell = np.clip(np.floor(at_entry).astype(np.int64), 0, shape - 1)
-        step = np.where(slope > 0.0, 1, -1)
+        cell = np.clip(np.floor(start + enter[ray, None] * slope), 0, shape - 1)
+        at_end = start + leave[ray, None] * slope
+        # A cell whose face the ray ends on is not entered.
+        last = np.where(slope > 0.0, np.ceil(at_end) - 1.0, np.floor(at_end))
+        last = np.clip(last, 0, shape - 1)
+        crossings = np.maximum((last - cell) * np.sign(slope), 0.0).astype(np.int32)
+        steps = crossings.sum(axis=-1)
+        order = np.argsort(-steps, kind="stable")
+        ray, steps = ray[order], steps[order]
         with np.errstate(divide="ignore", invalid="ignore"):
-            face = (cell + (slope > 0.0) - start) / slope
-            width = 1.0 / np.abs(slope)
-        face = np.where(slope == 0.0, np.inf, face)  # distance to the next face on each axis
-        now, end = enter[ray], leave[ray]
-        stride = np.array([shape[1] * shape[2], shape[2], 1])
-        found: list[tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]] = []
-        while ray.size:
-            found.append((cell @ stride, ray, now))
-            axis = np.argmin(face, axis=-1)
-            row = np.arange(len(ray))
-            now = face[row, axis]
-            cell[row, axis] += step[row, axis]
-            face[row, axis] += width[row, axis]
-            moved = cell[row, axis]
-            on = (now < end) & (moved >= 0) & (moved < shape[axis])
-            ray, now, end = ray[on], now[on], end[on]
-            cell, face, step, width = cell[on], face[on], step[on], width[on]
-        if not found:
-            return Passages(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
-        return Passages(
-            np.concatenate([part[0] for part in found]).astype(np.int32),
-            np.concatenate([part[1] for part in found]).astype(np.int32),
-            np.concatenate([part[2] for part in found]).astype(np.float32),
+            face = ((cell + (slope > 0.0) - start) / slope)[order].T
+            width = (1.0 / np.abs(slope))[order].T
+        crossings = crossings[order].T
+        # Distance to the next face on each axis; none is left where the ray ends before it.
+        face = np.where(crossings > 0, face, np.inf)
+        stride = np.array([shape[1] * shape[2], shape[2], 1], dtype=np.int32)
+        jump = (np.sign(slope).astype(np.int32) * stride)[order].T
+        flat = (cell.astype(np.int32) @ stride)[order]
+        rays = _Walk(face, width, crossings, jump, flat, enter[ray])
+        under_way = np.cumsum(np.bincount(steps)[::-1])[::-1]  # rays with at least so many steps
+        found = Passages(
+            np.empty(under_way.sum(), np.int32),
+            np.empty(under_way.sum(), np.int32),
+            np.empty(under_way.sum(), np.float32),
         )
+        name = (ray + number).astype(np.int32)
+        place = 0
+        for count in under_way.tolist():
+            if place:  # the first cells are where the rays start
+                rays.step(count)
+            found.cell[place : place + count] = rays.flat[:count]
+            found.ray[place : place + count] = name[:count]
+            found.distance[place : place + count] = rays.now[:count]
+            place += count
+        return found
 
     def _clip(
         self,
@@ -125,3 +165,38 @@ class Passages:
     cell: NDArray[np.int32]
     ray: NDArray[np.int32]
     distance: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """Rays under way through the grid; `step` changes all arrays but `width` and `jump`.
+
+    Attributes:
+        face: (3, R) float64, distance along the ray to the next face on each axis; inf for none.
+        width: (3, R) float64, distance from one face to the next.
+        crossings: (3, R) int32, faces still to be crossed.
+        jump: (3, R) int32, what crossing a face adds to the cell's flat number.
+        flat: (R,) int32, the cell's flat number.
+        now: (R,) float64, how far the ray has come.
+    """
+
+    face: NDArray[np.float64]
+    width: NDArray[np.float64]
+    crossings: NDArray[np.int32]
+    jump: NDArray[np.int32]
+    flat: NDArray[np.int32]
+    now: NDArray[np.float64]
+
+    def step(self, count: int) -> None:
+        """Move the first `count` rays across the face that each reaches first."""
+        x, y, z = self.face[:, :count]
+        across_x = (x <= y) & (x <= z)
+        across_y = ~across_x & (y <= z)
+        self.now[:count] = np.minimum(np.minimum(x, y), z)
+        for axis, across in enumerate((across_x, across_y, ~(across_x | across_y))):
+            some = np.flatnonzero(across)
+            self.flat[some] += self.jump[axis, some]
+            left = self.crossings[axis, some] - 1
+            self.crossings[axis, some] = left
+            further = self.face[axis, some] + self.width[axis, some]
+            self.face[axis, some] = np.where(left > 0, further, np.inf)

@@ -3,9 +3,6 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +12,7 @@ from numpy.typing import NDArray
 
 from ..scene.geometry import SceneGeometry
 from .mask import Mask
+from .parallel import in_parts
 
 # A ray that starts on a surface starts this many spacings of float32 above it, at the largest
 # coordinate in play: a vertex, the ray's origin and embree's plane test are each off by about
@@ -22,8 +20,9 @@ from .mask import Mask
 LIFT_SPACINGS = 16.0
 # Cut-away layers that a ray may pass before it counts as stopped.
 MAX_LAYERS = 8
-# Rays given to one thread at a time: enough to forget the cost of handing them over.
-CHUNK = 8192
+# Rays given to one thread at a time: a millisecond's work, beside which handing them over is
+# nothing.
+CHUNK = 4096
 
 
 @dataclass(frozen=True)
@@ -47,15 +46,19 @@ class RayCaster:
 
     def __init__(self, geometry: SceneGeometry) -> None:
         self._mask = Mask(geometry)
-        masked = self._mask.masked
-        self._solid = _Mesh(geometry, geometry.camera_visible & ~masked)
-        self._masked = _Mesh(geometry, geometry.camera_visible & masked)
-        self._geometry = geometry
+        there, away = self._mask.uniform
+        mixed = self._mask.masked & ~there & ~away
+        self._solid = _Mesh(geometry, geometry.camera_visible & ~mixed & ~away)
+        self._masked = _Mesh(geometry, geometry.camera_visible & mixed)
+        self._triangles = geometry.triangles
+        x, y, z = np.abs(geometry.vertices.T)
+        self._reach = np.maximum(np.maximum(x, y), z)
 
     def lift(self, points: NDArray[np.float64], triangle: NDArray[np.int64]) -> NDArray[np.float64]:
         """(S,) how far above its triangle a ray from each of `points` (S, 3) must start."""
-        corners = self._geometry.vertices[self._geometry.triangles[triangle]]
-        reach = np.maximum(np.abs(corners).max(axis=(-2, -1)), np.abs(points).max(axis=-1))
+        a, b, c = self._reach[self._triangles[triangle]].T
+        x, y, z = np.abs(points).T
+        reach = np.maximum(np.maximum(np.maximum(a, b), c), np.maximum(np.maximum(x, y), z))
         return LIFT_SPACINGS * np.finfo(np.float32).eps * reach
 
     def first_hit(
@@ -78,7 +81,7 @@ class RayCaster:
         )
 
     def first_triangle(self, origins: NDArray[np.float64], directions: NDArray[np.float64]) -> Hits:
-        """As `first_hit`, with cut-outs taken for whole triangles."""
+        """As `first_hit`, but a triangle of which some is cut away counts as a whole one."""
         triangle, distance, _ = self._solid.closest(origins, directions, None)
         if len(self._masked):
             other, other_distance, _ = self._masked.closest(origins, directions, distance)
@@ -155,10 +158,12 @@ class _Mesh:
         limit: NDArray[np.float64],
     ) -> NDArray[np.bool_]:
         blocked = np.zeros(len(origins), dtype=np.bool_)
+        scene = self._scene
+        if scene is None:
+            return blocked
 
         def ask(chunk: slice) -> None:
-            assert self._scene is not None
-            answer = self._scene.run(
+            answer = scene.run(
                 origins[chunk].astype(np.float32),
                 directions[chunk].astype(np.float32),
                 dists=limit[chunk].astype(np.float32),
@@ -166,7 +171,7 @@ class _Mesh:
             )
             blocked[chunk] = answer >= 0
 
-        self._in_chunks(ask, len(origins))
+        in_parts(ask, len(origins), CHUNK)
         return blocked
 
     def closest(
@@ -181,13 +186,15 @@ class _Mesh:
         distance = np.full(count, np.inf)
         barycentric = np.zeros((count, 2))
         far = np.finfo(np.float32).max
+        scene = self._scene
+        if scene is None:
+            return triangle, distance, barycentric
 
         def ask(chunk: slice) -> None:
-            assert self._scene is not None
             end = np.full(chunk.stop - chunk.start, far, dtype=np.float32)
             if limit is not None:
                 end = np.minimum(limit[chunk], far).astype(np.float32)
-            answer = self._scene.run(
+            answer = scene.run(
                 origins[chunk].astype(np.float32),
                 directions[chunk].astype(np.float32),
                 dists=end,
@@ -197,21 +204,11 @@ class _Mesh:
             met = answer["primID"] >= 0
             triangle[chunk] = np.where(met, self._index[answer["primID"]], -1)
             distance[chunk] = np.where(met, answer["tfar"], np.inf)
-            barycentric[chunk] = np.stack([answer["u"], answer["v"]], axis=-1)
+            barycentric[chunk, 0] = answer["u"]
+            barycentric[chunk, 1] = answer["v"]
 
-        self._in_chunks(ask, count)
+        in_parts(ask, count, CHUNK)
         return triangle, distance, barycentric
-
-    def _in_chunks(self, ask: Callable[[slice], None], count: int) -> None:
-        """Run `ask` over slices of the rays, several at once: embree frees Python's lock."""
-        if self._scene is None:
-            return
-        if count <= 2 * CHUNK:
-            ask(slice(0, count))  # sooner done than handed over
-            return
-        chunks = [slice(start, min(start + CHUNK, count)) for start in range(0, count, CHUNK)]
-        with ThreadPoolExecutor(max_workers=max(1, min(8, os.cpu_count() or 1))) as pool:
-            list(pool.map(ask, chunks))
 
 
 def _in_use(

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.camplace.grid import Grid
+from addon.camplace.grid import RAYS, Grid
 
 
 def _overlap(
@@ -60,3 +60,19 @@ def test_cells_are_cubes_over_the_whole_box() -> None:
     assert grid.cell == 0.5
     assert (grid.low <= box[0]).all()
     assert (grid.low + np.array(grid.shape) * grid.cell >= box[1]).all()
+
+
+def test_many_rays_are_walked_as_each_alone() -> None:
+    rng = np.random.default_rng(4)
+    grid = Grid.over(np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 0.5]]), 6)
+    count = 2 * RAYS + 5  # three parts
+    origins = rng.uniform(-0.2, 1.2, (count, 3))
+    directions = rng.normal(size=(count, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    lengths = np.where(rng.random(count) < 0.5, np.inf, rng.random(count))
+    passages = grid.traverse(origins, directions, lengths)
+    for ray in (0, RAYS - 1, RAYS, 2 * RAYS, count - 1):
+        alone = grid.traverse(origins[[ray]], directions[[ray]], lengths[[ray]])
+        mine = passages.ray == ray
+        assert passages.cell[mine].tolist() == alone.cell.tolist()
+        assert passages.distance[mine].tolist() == alone.distance.tolist()

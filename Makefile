@@ -3,6 +3,7 @@
 # make test        the tests
 # make lint        style, types and who may import whom
 # make extension   dist/relume-*.zip, to be installed in Blender
+# make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
 #
 # Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
 
@@ -11,7 +12,7 @@ PYTHON3 ?= python3
 READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
-.PHONY: demo test lint extension machine clean
+.PHONY: demo test lint extension bench-placement machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -27,6 +28,9 @@ lint: $(READY)
 
 extension: $(READY)
 	$(RUN) -m tools.build_extension
+
+bench-placement: $(READY)
+	$(RUN) -m benchmarks.placement $(BENCH_ARGS)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

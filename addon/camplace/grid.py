@@ -67,16 +67,15 @@ class Grid:
             directions: (R, 3), unit.
             lengths: (R,), where the rays end; may be inf.
         """
-        parts = -(-len(origins) // RAYS)
-        found: list[Passages | None] = [None] * parts
+        found: dict[int, Passages] = {}
 
         def walk(part: slice) -> None:
-            found[part.start // RAYS] = self._walk(
+            found[part.start] = self._walk(
                 origins[part], directions[part], lengths[part], part.start
             )
 
         in_parts(walk, len(origins), RAYS)
-        whole = [part for part in found if part is not None]
+        whole = [found[start] for start in sorted(found)]
         if not whole:
             return Passages(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros(0, np.float32))
         return Passages(

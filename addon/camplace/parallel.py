@@ -4,27 +4,45 @@
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import cache
+from itertools import pairwise, starmap
 
 # More threads than this mostly wait for memory.
 MOST_THREADS = 8
 
 
 def in_parts(work: Callable[[slice], None], count: int, part: int) -> None:
-    """Call `work` for slices of at most `part` that together are the first `count` rows.
+    """Call `work` for even slices of at most `part` that together are the first `count` rows.
 
     Embree and numpy's loops free Python's lock, so threads help. `work` writes its own rows of
-    arrays and no others, so the result does not depend on the number of threads; it must not
-    call `in_parts` itself, which could wait for ever.
+    arrays and no others, so the result does not depend on the number of threads. The caller's
+    thread works too and waits for no thread that has not begun: on a busy machine that is never
+    slower than working alone.
     """
-    parts = [slice(start, min(start + part, count)) for start in range(0, count, part)]
-    if len(parts) < 2 or _threads() < 2:
-        for some in parts:
+    number = -(-count // part)
+    ends = [count * i // number for i in range(number + 1)] if number else []
+    parts = deque(starmap(slice, pairwise(ends)))
+
+    def take() -> None:
+        while True:
+            try:
+                some = parts.popleft()
+            except IndexError:
+                return
             work(some)
-        return
-    list(_pool().map(work, parts))
+
+    helpers = [_pool().submit(take) for _ in range(min(_threads(), number) - 1)]
+    try:
+        take()
+    finally:
+        parts.clear()
+        begun = [helper for helper in helpers if not helper.cancel()]
+        wait(begun)
+    for helper in begun:
+        helper.result()
 
 
 def _threads() -> int:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ..errors import InputError
@@ -19,7 +19,8 @@ class BakeSettings:
         preset: how fine.
         only: ids of the cameras to bake now; None for all.
         resume: keep finished cameras of an earlier bake of this scene with these settings.
-        overwrite: take the place of a cache of another scene.
+        overwrite: take the place of a cache of another scene; with `resume` also of one of other
+            cameras, of which those that are the same are kept.
     """
 
     preset: Preset = DEFAULT_PRESET
@@ -47,6 +48,8 @@ def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> C
         if earlier.manifest.continues(manifest):
             earlier.sweep()
             return earlier
+        if settings.overwrite and settings.resume:
+            return CacheStore.create(folder, _carried(earlier.manifest, manifest))
         if settings.overwrite or (not settings.resume and settings.only is None):
             return CacheStore.create(folder, manifest)
         raise InputError(_difference(folder, earlier.manifest, manifest))
@@ -74,6 +77,21 @@ def earlier_cache(folder: Path, fingerprint: str, settings: BakeSettings) -> Cac
     raise InputError(
         f"{folder} is the cache of another scene, or of this one before its objects or materials "
         "changed; bake with --overwrite to replace it, or choose another folder"
+    )
+
+
+def _carried(earlier: Manifest, wanted: Manifest) -> Manifest:
+    """`wanted`, begun with what `earlier` has finished of the same cameras."""
+    if (earlier.settings, earlier.plan) != (wanted.settings, wanted.plan):
+        return wanted
+    known = {camera.id: camera.to_json() for camera in earlier.cameras}
+    same = [c.id for c in wanted.cameras if c.id in earlier.finished and known[c.id] == c.to_json()]
+    finished = {number: earlier.finished[number] for number in same}
+    return replace(
+        wanted,
+        finished=finished,
+        world=earlier.world,
+        world_fingerprint=earlier.world_fingerprint,
     )
 
 

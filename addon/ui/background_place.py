@@ -10,7 +10,7 @@ from typing import Any
 
 import bpy
 
-from ..camplace.cameras_file import write_cameras
+from ..camplace.cameras_file import read_cameras, write_cameras
 from ..camplace.place import place_cameras
 from ..camplace.settings import PlacementSettings
 from ..json_lines import run_told
@@ -31,6 +31,7 @@ def main(argv: Sequence[str]) -> int:
     parser.add_argument("--primaries", type=int, required=True)
     parser.add_argument("--secondaries", type=int, required=True)
     parser.add_argument("--box-object")
+    parser.add_argument("--keep-from", type=Path)
     args = parser.parse_args(argv)
     return run_told(lambda progress: _place(args, progress))
 
@@ -44,8 +45,9 @@ def _place(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     if args.box_object is not None:
         box = find_box(bpy.context.evaluated_depsgraph_get(), scene, args.box_object)
     settings = PlacementSettings(primaries=args.primaries, secondaries=args.secondaries, bounds=box)
-    placement = place_cameras(geometry, views, settings, progress)
+    earlier = () if args.keep_from is None else read_cameras(args.keep_from)
+    placement = place_cameras(geometry, views, settings, progress, earlier=earlier)
     with write_errors(args.out.parent, "choose another folder"):
         args.out.parent.mkdir(parents=True, exist_ok=True)
     write_cameras(args.out, placement.cameras)
-    return {"cameras": len(placement.cameras)}
+    return {"cameras": len(placement.cameras), **placement.report()}

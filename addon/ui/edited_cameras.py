@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,6 +20,30 @@ from .camera_objects import drawn_resolution
 # for a place, and some more for a rotation, which goes through angles. No artist changes so little.
 SAME_PLACE = 5e-7
 SAME_VALUE = 1e-5
+
+
+# Custom property of a camera that the artist put into the collection: its number in the cache.
+OWN_MARK = "relume_own_camera"
+
+
+def number_own(collection: Any, placed: Sequence[CachingCamera]) -> None:
+    """Give the artist's own cameras in the collection numbers of their own, for good."""
+    for number, obj in _numbered(collection, placed).items():
+        if CACHING_MARK not in obj or obj[CACHING_MARK] != number:
+            obj.pop(CACHING_MARK, None)  # a copy of a placed camera is the artist's
+            obj[OWN_MARK] = number
+
+
+def own_numbers(collection: Any) -> frozenset[int]:
+    """The numbers that `number_own` gave."""
+    return frozenset(obj[OWN_MARK] for obj in collection.all_objects if OWN_MARK in obj)
+
+
+def forget_own(collection: Any, numbers: Collection[int]) -> None:
+    """Let the artist's cameras of these numbers be numbered anew."""
+    for obj in collection.all_objects:
+        if obj.get(OWN_MARK) in numbers:
+            del obj[OWN_MARK]
 
 
 def edited_cameras(
@@ -41,27 +65,32 @@ def edited_cameras(
     collection = caching_collection(scene)
     if collection is None:
         return None
-    objects = sorted(
-        (obj for obj in collection.all_objects if obj.type == "CAMERA"), key=lambda o: str(o.name)
-    )
-    if not objects:
+    numbered = _numbered(collection, placed)
+    if not numbered:
         raise InputError(
             f"the collection '{collection.name}' holds no camera; place again, or delete it"
         )
     placed_by_id = {camera.id: camera for camera in placed}
-    found: dict[int, CachingCamera] = {}
+    return tuple(
+        _read(depsgraph, scene, numbered[number], number, placed_by_id.get(number))
+        for number in sorted(numbered)
+    )
+
+
+def _numbered(collection: Any, placed: Sequence[CachingCamera]) -> dict[int, Any]:
+    """The collection's camera objects by their numbers; new ones get the next free numbers."""
+    cameras = (obj for obj in collection.all_objects if obj.type == "CAMERA")
+    numbered: dict[int, Any] = {}
     added = []
-    for obj in objects:
-        number = obj.get(CACHING_MARK)
+    for obj in sorted(cameras, key=lambda obj: str(obj.name)):
+        number = obj.get(CACHING_MARK, obj.get(OWN_MARK))
         # A copy has the number of what it was copied from, and a later name.
-        if not isinstance(number, int) or number in found:
+        if isinstance(number, int) and number not in numbered:
+            numbered[number] = obj
+        else:
             added.append(obj)
-            continue
-        found[number] = _read(depsgraph, scene, obj, number, placed_by_id.get(number))
-    free = max([*found, *placed_by_id, -1]) + 1
-    for number, obj in enumerate(added, start=free):
-        found[number] = _read(depsgraph, scene, obj, number, None)
-    return tuple(found[number] for number in sorted(found))
+    free = max([*numbered, *(camera.id for camera in placed), -1]) + 1
+    return numbered | dict(enumerate(added, start=free))
 
 
 def _read(

@@ -4,11 +4,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import bpy
+import numpy as np
 
+from ..camplace.camera import CachingCamera
 from ..camplace.cameras_file import read_cameras, to_json, write_cameras
 from ..errors import InputError
 from ..scene.caching_collection_reader import caching_collection, shot_cameras
@@ -16,7 +19,7 @@ from ..whole_file import write_errors
 from . import job
 from .cache_folder import PLACEMENT_NAME, cache_folder
 from .camera_objects import remove_cameras, show_cameras
-from .edited_cameras import edited_cameras
+from .edited_cameras import edited_cameras, forget_own, number_own, own_numbers
 
 TIMER_S = 0.2
 
@@ -130,6 +133,9 @@ def _place_step(scene: Any) -> job.Step:
     arguments = ["--out", str(cache_folder(scene) / PLACEMENT_NAME)]
     arguments += ["--primaries", str(settings.primaries)]
     arguments += ["--secondaries", str(settings.secondaries)]
+    placement = cache_folder(scene) / PLACEMENT_NAME
+    if settings.keep_cameras and placement.exists():
+        arguments += ["--keep-from", str(placement)]
     if settings.box_object is not None:
         arguments += ["--box-object", settings.box_object.name]
     return "place", arguments
@@ -137,7 +143,11 @@ def _place_step(scene: Any) -> job.Step:
 
 def _write_edits(scene: Any, placement: Path) -> None:
     """Put what the artist did to the cameras in the scene into the file that Bake reads."""
+    collection = caching_collection(scene)
+    if collection is None:
+        return
     placed = read_cameras(placement) if placement.exists() else ()
+    number_own(collection, placed)
     edited = edited_cameras(bpy.context.evaluated_depsgraph_get(), scene, placed)
     if edited is None or to_json(edited) == to_json(placed):
         return
@@ -157,13 +167,39 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
     bl_options = {"REGISTER", "UNDO"}
 
     def start(self, scene: Any) -> job.Job:
+        placement = cache_folder(scene) / PLACEMENT_NAME
+        collection = caching_collection(scene)
+        if collection is not None and any(o.type == "CAMERA" for o in collection.all_objects):
+            # What the artist did is where the new placement starts from.
+            _write_edits(scene, placement)
+        self._before = read_cameras(placement) if placement.exists() else ()
         steps = [_place_step(scene)]
         return job.start("Placing caching cameras", scene, cache_folder(scene), steps)
 
     def finish(self, scene: Any) -> str:
         cameras = read_cameras(cache_folder(scene) / PLACEMENT_NAME)
-        show_cameras(scene, cameras)
-        return f"Placed {len(cameras)} caching cameras"
+        self._show(scene, cameras)
+        result = self._job.result
+        message = f"Placed {len(cameras)} caching cameras"
+        if result.get("kept"):
+            message += f", {result['kept']} of them kept"
+        seen = result.get("seen", {}).get("by_view", float("nan"))
+        if not np.isnan(seen):
+            message += f"; they see {100.0 * seen:.1f} % of what the scene's cameras see"
+        return message
+
+    def _show(self, scene: Any, cameras: Sequence[CachingCamera]) -> None:
+        """The artist's own cameras stay, whether they were kept or not, and are shown once."""
+        collection = caching_collection(scene)
+        own = frozenset() if collection is None else own_numbers(collection)
+        before = {camera.id: camera.world_from_camera for camera in self._before}
+        kept = {
+            camera.id
+            for camera in cameras
+            if camera.id in own and np.array_equal(camera.world_from_camera, before.get(camera.id))
+        }
+        collection = show_cameras(scene, [c for c in cameras if c.id not in kept])
+        forget_own(collection, own - kept)
 
 
 class RELUME_OT_bake(_JobOperator, bpy.types.Operator):

@@ -52,7 +52,9 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.prop(settings, "primaries")
         column.prop(settings, "secondaries", text="Secondary")
-        layout.prop(settings, "box_object", icon="MESH_CUBE")
+        column = layout.column()
+        column.prop(settings, "box_object", icon="MESH_CUBE")
+        column.prop(settings, "keep_cameras")
 
         running = job.current()
         if running is not None:

@@ -73,6 +73,12 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             type=bpy.types.Object,
             poll=_bounds_a_box,
         ),
+        "keep_cameras": bpy.props.BoolProperty(
+            name="Keep Cameras",
+            description="Place starts from the cameras that there are, as you edited them, and "
+            "keeps those that still serve: what is baked of them stays current",
+            default=True,
+        ),
         "viewport_samples": bpy.props.IntProperty(
             name="Viewport Samples",
             description="Pictures drawn one after the other and averaged while the view stands "

@@ -116,7 +116,23 @@ def test_unlike_bakes_are_not_mixed(
         prepare_store(begun.folder, changed, part)
     assert finished(begun.folder) == {0, 1, 2, 3}
     prepare_store(begun.folder, changed, replace(part, overwrite=True))
-    assert finished(begun.folder) == set()
+    # Pictures of the same cameras of the same scene are as good as new.
+    same = part.resume and changed.cameras != MANIFEST.cameras
+    assert finished(begun.folder) == ({1, 2, 3} if same else set())
+
+
+def test_cameras_that_were_not_edited_are_kept(begun: CacheStore) -> None:
+    moved = np.eye(4)
+    moved[0, 3] = 1.0
+    cameras = list(MANIFEST.cameras)
+    cameras[1] = replace(cameras[1], world_from_camera=moved)
+    cameras[2] = replace(cameras[2], far=20.0)
+    edited = replace(MANIFEST, cameras=(*cameras, camera(COUNT)))
+    store = prepare_store(begun.folder, edited, BakeSettings(resume=True, overwrite=True))
+    assert finished(begun.folder) == {0, 3}
+    assert store.is_intact(3)
+    assert not store.is_intact(1)
+    assert (CacheStore.open(begun.folder).read_camera(3).channels["depth"] == 3).all()
 
 
 def test_a_bake_that_lost_its_place_stops(begun: CacheStore) -> None:

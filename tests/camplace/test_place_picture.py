@@ -25,7 +25,7 @@ def test_the_picture_is_drawn(tmp_path: Path) -> None:
     geometry = room_with_box()
     placement = place_cameras(geometry, (view,), SETTINGS)
     path = tmp_path / "placement.png"
-    draw_placement(geometry, placement, path)
+    draw_placement(geometry, placement, path, (view,))
     picture = np.asarray(Image.open(path).convert("RGB")).astype(int)
     assert picture.shape[0] > 500
     red, green, blue = np.moveaxis(picture, -1, 0)

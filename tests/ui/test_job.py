@@ -248,6 +248,54 @@ def test_bake_takes_what_the_artist_did_to_the_cameras(
     assert cameras[2].kind == "PERSPECTIVE"
 
 
+def test_placing_again_keeps_the_artists_own_cameras(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """The placement itself is stood in for: its result is a file here."""
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path)
+    path = tmp_path / PLACEMENT_NAME
+
+    def stood(number: int, x: float) -> CachingCamera:
+        matrix = np.eye(4)
+        matrix[0, 3] = x
+        return CachingCamera(number, matrix, 1.0, 0.1, 50.0, 512, "PERSPECTIVE", number)
+
+    write_cameras(path, (stood(0, 0.0), stood(1, 1.0)))
+    show_cameras(scene, read_cameras(path))
+    collection = bpy.data.collections["Relume Cameras"]
+    for x in (5.0, 6.0):
+        own = bpy.data.objects.new(f"Own {x:.0f}", bpy.data.cameras.new("Own"))
+        own.location.x = x
+        collection.objects.link(own)
+    given: list[tuple[CachingCamera, ...]] = []
+
+    def place(_blend: Path, steps: Any) -> list[str]:
+        ((_, words),) = steps
+        earlier = read_cameras(Path(words[words.index("--keep-from") + 1]))
+        given.append(earlier)
+        # Number 3, the artist's second one, did not earn its place, and its number is free.
+        write_cameras(path, (earlier[0], earlier[2], stood(3, 9.0)))
+        return ["true"]
+
+    monkeypatch.setattr(job, "command", place)
+    assert bpy.ops.relume.place() == {"FINISHED"}
+    assert [camera.origin[0] for camera in given[0]] == [0.0, 1.0, 5.0, 6.0]
+    places = sorted(o.matrix_basis.translation.x for o in collection.objects if o.type == "CAMERA")
+    assert places == [0.0, 5.0, 6.0, 9.0]
+    # The next bake takes all of them, and the kept ones under the numbers that they had.
+    monkeypatch.setattr(job, "command", lambda *_: ["true"])
+    bpy.ops.relume.bake()
+    numbers = {camera.id: camera.origin[0] for camera in read_cameras(path)}
+    assert numbers == {0: 0.0, 2: 5.0, 3: 9.0, 4: 6.0}
+    scene.relume.keep_cameras = False
+    monkeypatch.setattr(job, "command", lambda _, steps: ["echo", json.dumps({"error": steps})])
+    with pytest.raises(RuntimeError) as caught:
+        bpy.ops.relume.place()
+    assert "--out" in str(caught.value)
+    assert "--keep-from" not in str(caught.value)
+
+
 def test_placing_for_a_box_of_interest(
     extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

@@ -38,6 +38,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--box-object", metavar="NAME",
         help="an object of the scene, an empty or a mesh, that bounds what is of interest",
     )  # fmt: skip
+    parser.add_argument(
+        "--keep-from", type=Path, metavar="CAMERAS.json",
+        help="cameras of an earlier placement; those that still serve are kept",
+    )  # fmt: skip
     arguments.add_placement(parser)
 
 
@@ -48,7 +52,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..scene_file import load_blender, open_scene
 
     load_blender()
-    from addon.camplace.cameras_file import write_cameras
+    from addon.camplace.cameras_file import read_cameras, write_cameras
     from addon.camplace.place import place_cameras
     from addon.scene.shot_reader import read_shot
 
@@ -56,13 +60,16 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..weights import read_weights, with_weights
 
     weights = read_weights(args.weights) if args.weights is not None else {}
+    earlier = read_cameras(args.keep_from) if args.keep_from is not None else ()
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     progress(0.05, "reading the scene")
     geometry = with_weights(read_scene(scene).geometry, weights)
     views = read_shot(scene)
     settings = arguments.placement_settings(args, bounds=_box(args, scene))
-    placement = place_cameras(geometry, views, settings, part_of(progress, 0.1, 0.9))
+    placement = place_cameras(
+        geometry, views, settings, part_of(progress, 0.1, 0.9), earlier=earlier
+    )
     written = []
     if args.out is not None:
         write_cameras(args.out, placement.cameras)
@@ -71,7 +78,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         from ..place_picture import draw_placement
 
         progress(0.92, "drawing the cameras")
-        draw_placement(geometry, placement, args.show)
+        draw_placement(geometry, placement, args.show, views)
         written.append(str(args.show))
     progress(1.0, "placed")
     return {
@@ -81,6 +88,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "box": np.asarray(placement.box).tolist(),
         "coverage": float(placement.coverage[-1]) if len(placement.coverage) else 0.0,
         "sharpness": float(placement.sharpness[-1]) if len(placement.sharpness) else 0.0,
+        **placement.report(),
         "written": written,
         "warnings": [*geometry.warnings, *placement.warnings],
     }
@@ -110,7 +118,13 @@ def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
     summary = (
         f"{len(report['cameras'])} caching cameras: {report['primaries']} primary (six faces each "
-        f"at most), {report['secondaries']} secondary; they cover "
-        f"{100.0 * report['coverage']:.1f} % of the samples"
+        f"at most), {report['secondaries']} secondary"
     )
-    return "\n".join([summary, *(f"wrote {path}" for path in report["written"])])
+    if report["kept"]:
+        summary += f"; {report['kept']} kept from before"
+    lines = [summary]
+    for key, what in (("by_view", "what the views see"), ("by_area", "the surface in the box")):
+        seen, well = report["seen"][key], report["well_seen"][key]
+        if not np.isnan(seen):
+            lines.append(f"of {what}: {100.0 * seen:.1f} % seen, {100.0 * well:.1f} % well")
+    return "\n".join([*lines, *(f"wrote {path}" for path in report["written"])])

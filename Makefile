@@ -4,6 +4,7 @@
 # make lint        style, types and who may import whom
 # make extension   dist/relume-*.zip, to be installed in Blender
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
+# make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
 #
 # Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
 
@@ -12,7 +13,7 @@ PYTHON3 ?= python3
 READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
-.PHONY: demo test lint extension bench-placement machine clean
+.PHONY: demo test lint extension bench-placement bench-placement-quality machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -31,6 +32,10 @@ extension: $(READY)
 
 bench-placement: $(READY)
 	$(RUN) -m benchmarks.placement $(BENCH_ARGS)
+
+bench-placement-quality: $(READY)
+	$(RUN) -m tools.placement_table $(SCENES)
+	$(RUN) -m tools.placement_table --ablations $(SCENES)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

@@ -93,7 +93,9 @@ class FreshSamples:
         through += [sample_view(v, self.geometry, self.rays, RAYS, rng) for v in self.moved]
         through = [s[inside_box(s.point, self.box)] for s in through]
         through = [s for s in through if len(s)]
-        self.free = free_points(self.views, self.rays, self.box, FREE_POINTS, rng)
+        region = free_region(self.geometry, self.views, self.box)
+        points = rng.uniform(region[0], region[1], (FREE_POINTS, 3))
+        self.free = free_among(points, self.views, self.rays)
         self.by_view = joined_samples(through) if through else None
         self.by_area = self._seen_from_free(rng)
 
@@ -185,15 +187,18 @@ def moved_view(view: View, seen: Samples, rays: RayCaster, rng: np.random.Genera
     return replace(view, world_from_camera=world_from_camera)
 
 
-def free_points(
-    views: Sequence[View],
-    rays: RayCaster,
-    box: NDArray[np.float64],
-    count: int,
-    rng: np.random.Generator,
+def free_region(
+    geometry: SceneGeometry, views: Sequence[View], box: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(N, 3) random points of the box that are not inside solids, N <= count, views first."""
-    return free_among(rng.uniform(box[0], box[1], (count, 3)), views, rays)
+    """(2, 3) the part of the box (2, 3) that the scene's bounds and the views' places span.
+
+    The box is a little larger, so that surfaces lie inside it. Nobody looks from that margin:
+    it is behind the scene's outermost walls and under its ground.
+    """
+    within = np.concatenate([geometry.bounds, *(v.origin[None] for v in views if v.perspective)])
+    return np.stack(
+        [np.maximum(box[0], within.min(axis=0)), np.minimum(box[1], within.max(axis=0))]
+    )
 
 
 def free_among(

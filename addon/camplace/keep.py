@@ -23,13 +23,13 @@ def kept_groups(
 ) -> list[Group]:
     """Those that still earn their place, within the budget, in their order.
 
-    The one that is missed least goes first, until all that are left are missed enough and paid
-    for. `weight` is (S,).
+    The one that is missed least, for its number of pictures where they are too many, goes
+    first, until all that are left are missed enough and paid for. `weight` is (S,).
     """
-    kept = [group for group in groups if group]
+    kept = [group for group in groups if group and not _too_dear(group, settings)]
     while kept:
         over = _too_many(kept, settings)
-        number, loss = least_missed(kept, weight, over)
+        number, loss = least_missed(kept, weight, over, for_cost=bool(over))
         if not over and loss >= STILL_EARNS * settings.least_gain:
             break
         del kept[number]
@@ -37,16 +37,24 @@ def kept_groups(
 
 
 def least_missed(
-    groups: Sequence[Group], weight: NDArray[np.float64], among: Sequence[int] = ()
+    groups: Sequence[Group],
+    weight: NDArray[np.float64],
+    among: Sequence[int] = (),
+    *,
+    for_cost: bool = False,
 ) -> tuple[int, float]:
-    """The group, `among` those named or all, without which the score falls least, and by what."""
+    """The group, `among` those named or all, without which the score falls least, and by what.
+
+    With `for_cost` the fall is divided by the number of pictures that are saved.
+    """
     numbers = list(among) or list(range(len(groups)))
     whole = _worth(groups, weight)
     losses = [
         whole - _worth([g for index, g in enumerate(groups) if index != number], weight)
         for number in numbers
     ]
-    least = int(np.argmin(losses))
+    saved = [len(groups[number]) if for_cost else 1 for number in numbers]
+    least = int(np.argmin(np.array(losses) / saved))
     return numbers[least], losses[least]
 
 
@@ -56,6 +64,12 @@ def _worth(groups: Sequence[Group], weight: NDArray[np.float64]) -> float:
         for choice in group:
             quality = joined(quality, choice.seen)
     return float(weight @ score(quality))
+
+
+def _too_dear(group: Group, settings: PlacementSettings) -> bool:
+    """Whether the budget could not even pay for this one alone."""
+    texels = sum(choice.texels for choice in group)
+    return settings.budgeted and not Budget.of(settings).fits(len(group), texels)
 
 
 def _too_many(groups: Sequence[Group], settings: PlacementSettings) -> list[int]:

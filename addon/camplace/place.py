@@ -227,7 +227,7 @@ def _left_out(stage: Stage, quality: NDArray[np.float64], chosen: Chosen) -> Lef
     reachable = float(weight @ chosen.reached)
     over_budget = reachable if chosen.stop == "budget" else 0.0
     return LeftOut(
-        unreachable=float(weight.sum()) - reachable,
+        unreachable=float(weight @ ~chosen.reached),
         over_budget=over_budget,
         too_little=reachable - over_budget,
     )

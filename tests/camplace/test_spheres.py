@@ -67,6 +67,29 @@ def test_between_two_plates_the_box_bounds_the_rest() -> None:
     assert (np.abs(spheres.centre[:, :2]) <= 4.51).all()
 
 
+def test_in_an_l_shaped_room() -> None:
+    """A square of side 2 without a quarter: legs 1 wide, high enough not to matter.
+
+    In the bend a sphere touches both outer walls and the inner edge: c = sqrt(2) (1 - c), so
+    its radius and its distance from the walls are 2 - sqrt(2). In a leg both walls hold it.
+    """
+    plan = np.array([[0.0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])
+    low = np.column_stack([plan, np.zeros(6)])
+    corners = np.concatenate([low, np.add(low, (0.0, 0.0, 3.0))])
+    walls = [[i, (i + 1) % 6, (i + 1) % 6 + 6] for i in range(6)]
+    walls += [[i, (i + 1) % 6 + 6, i + 6] for i in range(6)]
+    floor = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]
+    triangles = np.array([*walls, *floor, *(np.array(floor) + 6).tolist()])
+    geometry = geometry_of([(corners, triangles)])
+    bounds = geometry.bounds + np.array([[-0.1], [0.1]])
+    seeds = np.array([[0.2, 0.25, 1.5], [0.45, 0.3, 1.4], [1.7, 0.2, 1.5], [0.3, 1.8, 1.6]])
+    spheres = grow_spheres(_surface(geometry), bounds, seeds)
+    bend = 2.0 - np.sqrt(2.0)
+    np.testing.assert_allclose(spheres.radius, [bend, bend, 0.5, 0.5], atol=0.01)
+    np.testing.assert_allclose(spheres.centre[:2, :2], bend, atol=0.01)
+    np.testing.assert_allclose([spheres.centre[2, 1], spheres.centre[3, 0]], 0.5, atol=0.01)
+
+
 def test_a_sphere_stays_on_its_side_of_a_sheet() -> None:
     sheet = np.array([[-5.0, -5, 0], [5, -5, 0], [5, 5, 0], [-5, 5, 0]])
     geometry = geometry_of([(sheet, np.array([[0, 1, 2], [0, 2, 3]]))])

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -104,9 +106,11 @@ def aimed_camera(
     hope = samples.weight[visible] * (1.0 - score(quality[visible]))
     hope = np.maximum(hope, np.finfo(np.float64).tiny)
     aim = _best_aim(direction, hope)
+    angle = _angles(direction, aim)
     best: tuple[CachingCamera, Seen, float] | None = None
-    for share in SHARES:
-        camera = _camera(place, direction, hope, aim, share=share, resolution=resolution)
+    for limit in _limits(angle, hope):
+        kept = angle <= limit
+        camera = _camera(place, direction[kept], hope[kept], resolution)
         seen = seen_by_camera(camera, samples, visible)
         gained = gain(seen, quality, samples.weight)
         if best is None or gained > best[2]:
@@ -150,10 +154,18 @@ def weighted_quantile(
     values: NDArray[np.float64], weight: NDArray[np.float64], share: float
 ) -> float:
     """The least of the values (V,) that has at least `share` of the weight (V,) at or below."""
+    return weighted_quantiles(values, weight, (share,))[0]
+
+
+def weighted_quantiles(
+    values: NDArray[np.float64], weight: NDArray[np.float64], shares: Sequence[float]
+) -> list[float]:
+    """`weighted_quantile` for several shares, sorted once."""
     order = np.argsort(values, kind="stable")
     total = np.cumsum(weight[order])
     # The last sum is the largest, so `share` of 1 finds the last value whatever the rounding.
-    return float(values[order[min(np.searchsorted(total, share * total[-1]), len(order) - 1)]])
+    place = np.searchsorted(total, np.multiply(shares, total[-1]))
+    return [float(value) for value in values[order[np.minimum(place, len(order) - 1)]]]
 
 
 def _best_aim(direction: NDArray[np.float64], hope: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -165,27 +177,28 @@ def _best_aim(direction: NDArray[np.float64], hope: NDArray[np.float64]) -> NDAr
     return np.asarray(aims[int(np.argmax(held))])
 
 
+def _limits(angle: NDArray[np.float64], hope: NDArray[np.float64]) -> list[float]:
+    """For each of SHARES the angle (of those (V,) in the widest picture) that holds so much."""
+    within = angle <= 0.5 * WIDEST
+    if not within.any():
+        return [np.inf]
+    return weighted_quantiles(angle[within], hope[within], SHARES)
+
+
 def _camera(
     place: NDArray[np.float64],
     direction: NDArray[np.float64],
     hope: NDArray[np.float64],
-    aim: NDArray[np.float64],
-    *,
-    share: float,
     resolution: int,
 ) -> CachingCamera:
-    """A camera that holds `share` of the hope about `aim`, aimed anew at just those samples."""
-    angle = _angles(direction, aim)
-    within = angle <= 0.5 * WIDEST
-    limit = weighted_quantile(angle[within], hope[within], share) if within.any() else np.inf
-    kept = angle <= limit
-    forward = hope[kept] @ direction[kept]
+    """A camera that is aimed at the samples in `direction` (V, 3) and holds them if it can."""
+    forward = hope @ direction
     forward /= np.linalg.norm(forward)
     up = np.array([0.0, 0.0, 1.0]) if abs(forward[2]) < 0.99 else np.array([0.0, 1.0, 0.0])
     return CachingCamera(
         id=0,
         world_from_camera=look(place, forward, up),
-        fov=field_of_view(_angles(direction[kept], forward)),
+        fov=field_of_view(_angles(direction, forward)),
         near=0.0,
         far=np.inf,
         resolution=resolution,

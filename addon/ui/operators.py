@@ -196,7 +196,8 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
         kept = {
             camera.id
             for camera in cameras
-            if camera.id in own and np.array_equal(camera.world_from_camera, before.get(camera.id))
+            if camera.id in own & before.keys()
+            and np.array_equal(camera.world_from_camera, before[camera.id])
         }
         collection = show_cameras(scene, [c for c in cameras if c.id not in kept])
         forget_own(collection, own - kept)

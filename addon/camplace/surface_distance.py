@@ -62,12 +62,13 @@ class SurfaceDistance:
         triangle = np.concatenate(
             [near_triangle, hits.triangle.reshape(len(places), len(star))], axis=1
         )
-        points = np.empty((*triangle.shape, 3))
+        points = np.full((*triangle.shape, 3), np.inf)
 
         def nearest_on(part: slice) -> None:
-            corners = self._geometry.vertices[self._geometry.triangles[triangle[part]]]
-            found = closest_on_triangle(places[part, None, :], corners)
-            points[part] = np.where(triangle[part, :, None] >= 0, found, np.inf)
+            place, number = np.nonzero(triangle[part] >= 0)
+            place += part.start
+            corners = self._geometry.vertices[self._geometry.triangles[triangle[place, number]]]
+            points[place, number] = closest_on_triangle(places[place], corners)
 
         in_parts(nearest_on, len(places), PLACES)
         return points

@@ -93,6 +93,7 @@ def _camera_object(camera: CachingCamera) -> Any:
     obj = bpy.data.objects.new(name, data)
     obj.matrix_world = mathutils.Matrix(camera.world_from_camera.tolist())
     obj.hide_render = True
+    obj.show_in_front = True  # most stand inside rooms
     obj.lock_scale = (True, True, True)
     obj[CACHING_MARK] = camera.id
     return obj
@@ -105,6 +106,7 @@ def _pivot(camera: CachingCamera) -> Any:
     obj.empty_display_size = 0.5 * _drawn_depth(camera)
     obj.location = camera.origin.tolist()
     obj.hide_render = True
+    obj.show_in_front = True  # most stand inside rooms
     obj.lock_scale = (True, True, True)
     obj[CACHING_MARK] = "cube"
     return obj

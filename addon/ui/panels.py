@@ -82,7 +82,7 @@ def _draw_cameras(layout: Any, context: Any) -> None:
         return
     row = layout.row(align=True)
     number = sum(obj.type == "CAMERA" for obj in collection.all_objects)
-    row.label(text=f"{number} cameras in '{collection.name}'", icon="OUTLINER_COLLECTION")
+    row.label(text=f"{number} caching cameras", icon="OUTLINER_COLLECTION")
     icon = "HIDE_ON" if layer.hide_viewport else "HIDE_OFF"
     row.operator("relume.hide_cameras", text="", icon=icon, emboss=False)
     row.operator("relume.remove_cameras", text="", icon="X", emboss=False)

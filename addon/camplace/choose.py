@@ -28,6 +28,10 @@ FINALISTS = 8
 # An earlier camera is given up for another only if that raises the score by as many least gains:
 # it is baked already, and pictures that change for nothing are worse than a little less sharp.
 SWAP = 10.0
+# Where texels are counted, a picture is taken to cost this many besides its own when choices are
+# compared: each move of the view asks every picture about every pixel, however coarse it is.
+# Otherwise dozens of the smallest pictures would always come first.
+OVERHEAD = 512**2
 
 Stop = Literal["budget", "gain"]
 
@@ -89,6 +93,11 @@ def choose_cameras(
     return Chosen(tuple(choice.groups), choice.sights.reached, choice.stop, kept)
 
 
+def _cost(offer: Offer, left: Budget) -> float:
+    """The offer's share of what is left, for comparing; what fits is another question."""
+    return left.share(offer.cameras, offer.texels + OVERHEAD * offer.cameras)
+
+
 class _Greedy:
     """The state of the choice."""
 
@@ -104,6 +113,7 @@ class _Greedy:
         self.groups: list[Group] = []
         self.quality = np.zeros(len(stage.samples))
         self.stop: Stop = "gain"
+        self.next_place: Choice | None = None
         # Cubes are looked at only where some can be had.
         cubes = settings.candidates if settings.budgeted or settings.primaries else 0
         self.cubes = [self._cube(spheres, index) for index in range(min(len(spheres), cubes))]
@@ -142,7 +152,7 @@ class _Greedy:
             left = self.left
             fits = [offer for offer in worth if left.fits(offer.cameras, offer.texels)]
             if fits:
-                return max(fits, key=lambda o: o.gained / left.share(o.cameras, o.texels))
+                return max(fits, key=lambda offer: offer.gained / _cost(offer, left))
             if worth:
                 self.stop = "budget"
         return None
@@ -150,12 +160,16 @@ class _Greedy:
     def take(self, offer: Offer) -> None:
         """Add the offer to the choice."""
         groups = list(self.groups)
-        if offer.instead_of is not None:
-            groups[offer.instead_of] = offer.group
-        else:
+        if offer.instead_of is None:
             groups.append(offer.group)
             self.cubes = [cube for cube in self.cubes if cube is not offer.cube]
+            self._set(groups)
+            return
+        # A finer picture hardly changes which place is best next: it need not be sought again.
+        groups[offer.instead_of] = offer.group
+        place = self.next_place
         self._set(groups)
+        self.next_place = place
 
     def swap(self, kept: int) -> bool:
         """Give up that of the first `kept` groups that is missed least, if another is worth it."""
@@ -172,6 +186,7 @@ class _Greedy:
 
     def _set(self, groups: Sequence[Group]) -> None:
         self.groups = list(groups)
+        self.next_place = None
         self.quality = np.zeros(len(self.stage.samples))
         for group in self.groups:
             for choice in group:
@@ -213,8 +228,9 @@ class _Greedy:
         return [offer for cube in self.cubes if cube for offer in self._offers(cube, cube)]
 
     def _perspective_offers(self) -> list[Offer]:
-        best = self._best_place()
-        return [] if best is None else self._offers((best,))
+        if self.next_place is None:
+            self.next_place = self._best_place()
+        return [] if self.next_place is None else self._offers((self.next_place,))
 
     def _finer_offers(self) -> list[Offer]:
         """Higher resolutions for the cameras that have been chosen, where texels are counted."""

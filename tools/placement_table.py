@@ -35,7 +35,7 @@ from addon.scene.view import View
 from .placement_measure import FreshSamples, Shares, free_among, free_region
 
 BUDGETS = (4, 8, 16, 32)
-# Random baselines are drawn so often, and their mean is shown.
+# What is random is drawn so often, and the mean is shown.
 DRAWS = 3
 # Random places tried for each one wanted, since those in solids fall away.
 SPARE = 16
@@ -109,11 +109,16 @@ class Rivals:
         return self._aimed(places[(np.arange(count) * len(places)) // count])
 
     def ours(
-        self, count: int, seed: int, *, spheres: bool = True, votes: bool = True
+        self, count: int, seed: int, *, spheres: bool = True, votes: bool = True, cube: bool = False
     ) -> list[CachingCamera]:
-        """The placement, with spheres' centres or votes replaced by random places."""
+        """The placement, with spheres' centres or votes replaced by random places.
+
+        With `cube` it is one primary camera and nothing else, whatever the `count`.
+        """
         rng = np.random.default_rng(seed)
         settings = replace(self.settings, cameras=count)
+        if cube:
+            settings = replace(self.settings, primaries=1, secondaries=0)
         centres = self.spheres
         if not spheres:
             places = self._random(settings.candidates, rng)
@@ -193,6 +198,10 @@ def measure_scene(
             "random places for spheres": lambda n, s: rivals.ours(n, s, spheres=False),
             "random places for votes": lambda n, s: rivals.ours(n, s, votes=False),
             "random places for both": lambda n, s: rivals.ours(n, s, spheres=False, votes=False),
+            "one cube, in a maximal sphere": lambda n, s: rivals.ours(n, s, cube=True),
+            "one cube, best of random places": lambda n, s: rivals.ours(
+                n, s, spheres=False, cube=True
+            ),
         }
     else:
         makers = {

@@ -91,4 +91,4 @@ def test_the_table_has_all_ways_and_budgets() -> None:
     ablated = placement_table.measure_scene(
         room_with_box(), (VIEW,), (2,), ablations=True, settings=replace(small, seed=1)
     )
-    assert len(ablated) == 4
+    assert len(ablated) == 6

@@ -67,22 +67,20 @@ class LocalFrame:
 
     def camera_from_world(self, camera: CachingCamera) -> CachingCamera:
         """The same picture of the local scene."""
-        world_from_camera = camera.world_from_camera.copy()
-        world_from_camera[:3, 3] = self.from_world(camera.origin)
-        return replace(
-            camera,
-            world_from_camera=world_from_camera,
-            near=camera.near / self.unit,
-            far=camera.far / self.unit,
-        )
+        return _moved(camera, self.from_world(camera.origin), 1.0 / self.unit)
 
     def camera_to_world(self, camera: CachingCamera) -> CachingCamera:
         """The inverse of `camera_from_world`."""
-        world_from_camera = camera.world_from_camera.copy()
-        world_from_camera[:3, 3] = self.to_world(camera.origin)
-        return replace(
-            camera,
-            world_from_camera=world_from_camera,
-            near=camera.near * self.unit,
-            far=camera.far * self.unit,
-        )
+        return _moved(camera, self.to_world(camera.origin), self.unit)
+
+
+def _moved(camera: CachingCamera, origin: NDArray[np.float64], scale: float) -> CachingCamera:
+    """The camera at another place (3,), in a world that is larger by a power of two."""
+    world_from_camera = camera.world_from_camera.copy()
+    world_from_camera[:3, 3] = origin
+    return replace(
+        camera,
+        world_from_camera=world_from_camera,
+        near=camera.near * scale,
+        far=camera.far * scale,
+    )

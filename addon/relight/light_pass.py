@@ -144,7 +144,7 @@ def light_uniforms(
     elif light.type == "AREA":
         cone[:2] = spread_cone(light)
     # A disk's points shine like its centre wherever they are.
-    cone[2] = float(light.is_flat_spot or sample.on_disk is not None)
+    cone[2] = float(sample.is_flat(light))
     return {
         "place": np.append(place, 0.0),
         "centre": np.append(light.position - local_origin, 0.0) if not is_sun else np.zeros(4),

@@ -53,12 +53,16 @@ class LightSample:
     on_disk: NDArray[np.float64] | None = None
     turn: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
 
+    def is_flat(self, light: Light) -> bool:
+        """Whether it lies on a disk through the light's centre and not in a ball about that."""
+        return light.is_flat_spot or self.on_disk is not None
+
     def facing(self, light: Light, axes: NDArray[np.float64]) -> NDArray[np.float64]:
         """(F, 3) world space: the point on each of the disks across (F, 3) unit axes."""
         if self.on_disk is None:
             return np.broadcast_to(self.position, axes.shape)
         frames = np.stack([frame_across(axis) for axis in axes])
-        return np.asarray(light.position + np.einsum("x,fxd->fd", self.on_disk, frames))
+        return np.asarray(light.position + self.on_disk @ frames)
 
 
 def light_sample(
@@ -88,8 +92,7 @@ def light_sample(
         return LightSample(position, count)
     # Pairs share their turn, so that of each disk both mirrored points are looked from.
     turn = np.random.default_rng([*key, k // 2]).random(3)
-    place = 2.0 * side * light.shadow_soft_size * _on_disk(u)
-    return LightSample(position, count, place, turn)
+    return LightSample(position, count, _on_lamp(light, u, side), turn)
 
 
 def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:
@@ -100,9 +103,8 @@ def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.floa
         corner = side * (_on_disk(u) if light.is_round else u[:2] - 0.5)
         return np.asarray(light.position + corner @ light.extents)
     if light.is_flat_spot:
-        right, up = light.disk_axes
-        x, y = 2.0 * side * light.shadow_soft_size * _on_disk(u)
-        return np.asarray(light.position + x * right + y * up)
+        on_lamp = _on_lamp(light, u, side) @ frame_across(light.direction)
+        return np.asarray(light.position + on_lamp)
     z = 2.0 * u[0] - 1.0
     around = 2.0 * np.pi * u[1]
     ring = np.sqrt(1.0 - z * z)
@@ -124,6 +126,11 @@ def _ball_radius(u: float) -> float:
         if slope > 0.0:
             e -= (e - np.sin(e) - mean) / slope
     return float(np.sin(0.5 * e))
+
+
+def _on_lamp(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:
+    """(2,) metres: even over a disk of a point or spot light's radius."""
+    return 2.0 * side * light.shadow_soft_size * _on_disk(u)
 
 
 def _on_disk(u: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -218,7 +218,8 @@ def _flower(
     spin, toward = 2.0 * np.pi * turn[1], 2.0 * np.pi * turn[2]
     angles = np.append(0.0, np.full(6, ring))
     around = np.append(0.0, _RING + spin)
-    axes = _around(angles, around) @ _tilted(tilt, toward)
+    # As row vectors they turn with -Z, to which the tilted face looks.
+    axes = _around(angles, around) @ _facing(_around(np.array(tilt), np.array(toward)))
     faces = np.stack([_facing(axis) for axis in axes @ basis])
     # Farthest from every face's axis is the cone's rim between two of the ring.
     rim = np.arccos(
@@ -231,12 +232,6 @@ def _around(angle: NDArray[np.float64], around: NDArray[np.float64]) -> NDArray[
     """(N, 3) unit vectors at angles from -Z."""
     across = np.sin(angle)
     return np.stack([across * np.cos(around), across * np.sin(around), -np.cos(angle)], axis=-1)
-
-
-def _tilted(angle: float, toward: float) -> NDArray[np.float64]:
-    """(3, 3) that turns row vectors so that -Z leans by an angle towards an azimuth."""
-    back = -_around(np.array(angle), np.array(toward))
-    return np.stack([*frame_across(back), back])
 
 
 def _facing(axis: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -138,8 +138,7 @@ class ShadowPass:
         is_lamp = light.type in ("POINT", "SPOT")
         centre = light.position - self._geometry.origin if is_lamp else np.zeros(3)
         # Sample points lie in this ball; see the shader.
-        is_flat = light.is_flat_spot or sample.on_disk is not None
-        has_ball = is_lamp and not is_flat and sample.count > 1
+        has_ball = is_lamp and not sample.is_flat(light) and sample.count > 1
         radius_sq = light.shadow_soft_size**2 if has_ball else 0.0
         caster = {
             "axis": axis,

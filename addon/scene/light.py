@@ -14,8 +14,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .frame_across import frame_across
-
 # Beyond this full angle receivers see a disk across the axis at less than half its width.
 WIDEST_FLAT_SPOT = float(np.radians(120.0))
 
@@ -97,11 +95,6 @@ class Light:
     def is_flat_spot(self) -> bool:
         """A spot whose cone is narrow enough for one disk across its axis to stand for it."""
         return self.type == "SPOT" and self.spot_size <= WIDEST_FLAT_SPOT
-
-    @cached_property
-    def disk_axes(self) -> NDArray[np.float64]:
-        """(2, 3) float64 unit vectors across the light's axis."""
-        return frame_across(self.direction)
 
     @property
     def power(self) -> NDArray[np.float64]:

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import threading
+import time
+
 import numpy as np
 import pytest
 
@@ -21,6 +24,26 @@ def test_every_row_is_worked_on_once(count: int) -> None:
 
     parallel.in_parts(work, count, 8)
     assert (times == 1).all()
+
+
+def test_slow_threads_are_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parallel, "_threads", lambda: 2)
+    parallel._pool.cache_clear()
+    begun = threading.Event()
+    done = np.zeros(2, dtype=np.bool_)
+
+    def work(some: slice) -> None:
+        if threading.current_thread() is threading.main_thread():
+            begun.wait(timeout=10.0)
+        else:
+            begun.set()
+            time.sleep(0.1)
+        done[some] = True
+
+    parallel.in_parts(work, 2, 1)
+    parallel._pool.cache_clear()
+    assert begun.is_set()
+    assert done.all()
 
 
 def test_an_error_in_a_part_is_raised() -> None:

@@ -12,7 +12,6 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from addon.camplace.coverage import WELL_TEXEL
 from addon.camplace.placement import Placement
 from addon.scene.view import View
 
@@ -27,20 +26,20 @@ MOST_MARKED = 40
 
 
 def draw_curve(axes: Axes, placement: Placement) -> None:
-    """Coverage and sharpness against the number of cameras."""
+    """What is seen, and well seen, against the number of cameras."""
     count = len(placement.cameras)
     number = np.arange(0, count + 1)
     cubes = sum(camera.kind == "CUBE_FACE" for camera in placement.cameras)
     if cubes:
         axes.axvspan(0, cubes, color=CUBE, alpha=0.07, lw=0)
         axes.text(0.5 * cubes, 102.5, "cube", color=CUBE, ha="center", fontsize=9)
-    covered = 100.0 * np.array([0.0, *placement.coverage])
-    sharp = 100.0 * np.array([0.0, *placement.sharpness])
+    covered = 100.0 * np.array([0.0, *placement.seen])
+    well = 100.0 * np.array([0.0, *placement.well_seen])
     marker = "o" if count <= MOST_MARKED else ""
     axes.plot(number, covered, color=WELL, lw=2.2, label="seen", marker=marker, ms=4.0)
-    axes.plot(number, sharp, color="0.35", lw=1.6, ls="--",
-              label="seen as sharply as the views, on average")  # fmt: skip
-    for value, above in ((covered[-1], 6), (sharp[-1], -13)):
+    axes.plot(number, well, color="0.35", lw=1.6, ls="--",
+              label="well seen")  # fmt: skip
+    for value, above in ((covered[-1], 6), (well[-1], -13)):
         axes.annotate(f"{value:.1f} %", (count, float(value)), xytext=(-4, above), ha="right",
                       textcoords="offset points", fontsize=9, weight="bold")  # fmt: skip
     axes.set_xlim(0, max(count, 1))
@@ -57,7 +56,7 @@ def draw_legend(axes: Axes, placement: Placement, views: Sequence[View]) -> None
     """What the colours mean."""
     axes.axis("off")
     covered = placement.covered
-    well = placement.quality * WELL_TEXEL >= 1.0
+    well = placement.well_covered
 
     def share(chosen: NDArray[np.bool_]) -> str:
         return _percent(float(placement.sample_weight[chosen].sum()))

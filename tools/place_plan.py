@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from addon.camplace.camera import CachingCamera
-from addon.camplace.coverage import WELL_TEXEL
 from addon.camplace.placement import Placement
 from addon.scene.geometry import SceneGeometry
 from addon.scene.view import View
@@ -162,14 +161,14 @@ def _draw_samples(axes: Axes, plan: Plan, placement: Placement) -> None:
     some = np.arange(len(placement.sample_point))
     if len(some) > MAX_SAMPLES:
         some = np.random.default_rng(0).choice(some, MAX_SAMPLES, replace=False)
-    point, quality = placement.sample_point[some][:, plan.across], placement.quality[some]
+    point, worth = placement.sample_point[some][:, plan.across], placement.worth[some]
     weight = placement.sample_weight[some]
     size = np.clip(SAMPLE_SIZE * weight / max(float(weight.mean()), TINY), *SAMPLE_SIZES)
-    well = quality * WELL_TEXEL >= 1.0
+    well = placement.well_covered[some]
     for chosen, color, order in (
-        ((quality > 0.0) & ~well, COARSE, _SAMPLES),
+        ((worth > 0.0) & ~well, COARSE, _SAMPLES),
         (well, WELL, _SAMPLES),
-        (quality == 0.0, MISSED, _MISSED),
+        (worth == 0.0, MISSED, _MISSED),
     ):
         x, y = point[chosen].T
         axes.scatter(x, y, s=size[chosen], c=color, lw=0.0, alpha=0.75, zorder=order)

@@ -25,15 +25,15 @@ from addon.camplace.box import inside_box
 from addon.camplace.camera import CachingCamera
 from addon.camplace.coverage import seen_by, well_seen_by
 from addon.camplace.frame import LocalFrame
+from addon.camplace.moves import moved_view
 from addon.camplace.rays import RayCaster
 from addon.camplace.samples import Samples, joined_samples, tangent_basis
 from addon.camplace.view_samples import pixel_gradient, sample_view, side_seen
 from addon.scene.geometry import SceneGeometry
 from addon.scene.view import View
 
-# Moved copies of each view, and how far they move as a share of the median viewing distance.
+# Moved copies of each view.
 MOVES = 4
-MOVED = 0.1
 # Rays through the pixels of each view or moved view; points drawn by area.
 RAYS = 1500
 AREA_POINTS = 4000
@@ -84,12 +84,12 @@ class FreshSamples:
         self.box = self.frame.from_world(np.asarray(box, dtype=np.float64))
         self.rays = RayCaster(self.geometry)
         through = [sample_view(v, self.geometry, self.rays, RAYS, rng) for v in self.views]
-        moved = [
+        self.moved = tuple(
             moved_view(view, seen, self.rays, rng)
             for view, seen in zip(self.views, through, strict=True)
+            if len(seen)
             for _ in range(MOVES)
-        ]
-        self.moved = tuple(view for view in moved if view is not None)
+        )
         through += [sample_view(v, self.geometry, self.rays, RAYS, rng) for v in self.moved]
         through = [s[inside_box(s.point, self.box)] for s in through]
         through = [s for s in through if len(s)]
@@ -166,25 +166,6 @@ class FreshSamples:
             pixels[new] = pixel_gradient(view, point[new])
             known |= new
         return replace(samples, pixels=pixels)
-
-
-def moved_view(view: View, seen: Samples, rays: RayCaster, rng: np.random.Generator) -> View | None:
-    """The view from up to `MOVED` of its viewing distance away, on the same side of all walls.
-
-    The offset is even over a ball. A way that a surface blocks is halved until it is free. None
-    where the view sees nothing, and so has no viewing distance.
-    """
-    if not len(seen):
-        return None
-    distance = float(np.median(np.linalg.norm(seen.point - view.origin, axis=-1)))
-    direction = rng.normal(size=3)
-    direction /= np.linalg.norm(direction)
-    offset = direction * (MOVED * distance * np.cbrt(rng.random()))
-    while rays.occluded(view.origin[None], (view.origin + offset)[None]).any():
-        offset = 0.5 * offset
-    world_from_camera = view.world_from_camera.copy()
-    world_from_camera[:3, 3] = view.origin + offset
-    return replace(view, world_from_camera=world_from_camera)
 
 
 def free_region(

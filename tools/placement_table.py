@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 from addon.camplace.aim import aimed_camera, look
 from addon.camplace.camera import CachingCamera
 from addon.camplace.choose import choose_cameras
-from addon.camplace.coverage import joined, score, visible_from
+from addon.camplace.coverage import joined, visible_from
 from addon.camplace.frame import LocalFrame
 from addon.camplace.place import place_cameras
-from addon.camplace.places import VotedPlaces, clear_places
+from addon.camplace.places import VotedPlaces, clear_places, near_spheres
 from addon.camplace.prepare import Stage, prepare
 from addon.camplace.settings import PlacementSettings
 from addon.camplace.spheres import Spheres, find_spheres
@@ -45,6 +45,8 @@ RANDOM_FOV = 0.5 * np.pi
 LEAST_GAIN = 1e-6
 # The grid of places is refined up to so many cells along a side.
 FINEST_GRID = 64
+
+NOWHERE = Spheres(np.zeros((0, 3)), np.zeros(0))
 
 Makers = dict[str, Callable[[int, int], list[CachingCamera]]]
 
@@ -72,6 +74,7 @@ class Rivals:
             stage.surface, stage.box, *stage.seeds, searches=settings.sphere_searches, rng=rng
         )
         self.stage: Stage = stage.settled_by(self.spheres.centre)
+        self.near = near_spheres(self.stage)
         self.region = free_region(stage.geometry, stage.views, stage.box)
 
     def random_aimed(self, count: int, seed: int) -> list[CachingCamera]:
@@ -109,7 +112,14 @@ class Rivals:
         return self._aimed(places[(np.arange(count) * len(places)) // count])
 
     def ours(
-        self, count: int, seed: int, *, spheres: bool = True, votes: bool = True, cube: bool = False
+        self,
+        count: int,
+        seed: int,
+        *,
+        spheres: bool = True,
+        votes: bool = True,
+        near: bool = True,
+        cube: bool = False,
     ) -> list[CachingCamera]:
         """The placement, with spheres' centres or votes replaced by random places.
 
@@ -126,10 +136,11 @@ class Rivals:
         chosen = choose_cameras(
             self.stage,
             centres,
+            self.near if near else NOWHERE,
             settings,
             VotedPlaces(self.stage, settings, rng)
             if votes
-            else lambda _quality: self._random(settings.candidates, rng),
+            else lambda _worth: self._random(settings.candidates, rng),
             progress=silent,
         )
         return [self.frame.camera_to_world(c.camera) for group in chosen.groups for c in group]
@@ -150,18 +161,18 @@ class Rivals:
 
     def _aimed(self, places: NDArray[np.float64]) -> list[CachingCamera]:
         samples = self.stage.samples
-        quality = np.zeros(len(samples))
+        worth = np.zeros(len(samples))
         cameras = []
         for place in places:
-            wanted = np.flatnonzero(samples.weight * (1.0 - score(quality)) > 0.0)
+            wanted = np.flatnonzero(samples.weight * (1.0 - worth) > 0.0)
             visible = visible_from(place, samples, self.stage.lift, self.stage.rays, wanted)
             if not visible.size:  # nothing is left to be seen from here: any aim is as good
                 cameras.append(self._camera(look(place, np.eye(3)[0], np.eye(3)[2]), RANDOM_FOV))
                 continue
             camera, seen, _ = aimed_camera(
-                place, samples, visible, quality, self.settings.max_resolution
+                place, samples, visible, worth, self.settings.max_resolution
             )
-            quality = joined(quality, seen)
+            worth = joined(worth, seen)
             cameras.append(self.frame.camera_to_world(camera))
         return cameras
 
@@ -198,16 +209,18 @@ def measure_scene(
             "random places for spheres": lambda n, s: rivals.ours(n, s, spheres=False),
             "random places for votes": lambda n, s: rivals.ours(n, s, votes=False),
             "random places for both": lambda n, s: rivals.ours(n, s, spheres=False, votes=False),
-            "one cube, in a maximal sphere": lambda n, s: rivals.ours(n, s, cube=True),
+            "no places near the views": lambda n, s: rivals.ours(n, s, near=False),
+            "one cube, where it is best": lambda n, s: rivals.ours(n, s, cube=True),
+            "one cube, in a maximal sphere": lambda n, s: rivals.ours(n, s, near=False, cube=True),
             "one cube, best of random places": lambda n, s: rivals.ours(
-                n, s, spheres=False, cube=True
+                n, s, spheres=False, near=False, cube=True
             ),
         }
     else:
+        whole_set = replace(settings, view_share=0.0)
         makers = {
-            "Relume": lambda n, s: list(
-                place_cameras(geometry, views, replace(settings, cameras=n, seed=s)).cameras
-            ),
+            "Relume": lambda n, s: _placed(geometry, views, settings, n, s),
+            "Relume, whole set": lambda n, s: _placed(geometry, views, whole_set, n, s),
             "random, aimed": rivals.random_aimed,
             "random": rivals.random,
             "grid, aimed": rivals.grid,
@@ -228,6 +241,17 @@ def measure_scene(
             )
             print(f"{name}, {budget}: {rows[-1]['shares']}", file=sys.stderr, flush=True)
     return rows
+
+
+def _placed(
+    geometry: SceneGeometry,
+    views: Sequence[View],
+    settings: PlacementSettings,
+    count: int,
+    seed: int,
+) -> list[CachingCamera]:
+    settings = replace(settings, cameras=count, seed=seed)
+    return list(place_cameras(geometry, views, settings).cameras)
 
 
 def table(rows: Sequence[dict[str, Any]], scene: str, budgets: Sequence[int]) -> list[str]:

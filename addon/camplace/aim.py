@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import CachingCamera
-from .coverage import Seen, gain, score, seen_by_camera
+from .coverage import Seen, gain, seen_by_camera
 from .samples import Samples
 from .settings import RESOLUTIONS
 from .surface_distance import sphere_directions
@@ -83,7 +83,7 @@ def aimed_camera(
     place: NDArray[np.float64],
     samples: Samples,
     visible: NDArray[np.int64],
-    quality: NDArray[np.float64],
+    worth: NDArray[np.float64],
     resolution: int,
 ) -> tuple[CachingCamera, Seen, float]:
     """The perspective camera at `place` (3,) that gains most, what it covers, and the gain.
@@ -98,12 +98,12 @@ def aimed_camera(
         place: where the camera is.
         samples: all samples.
         visible: (V,) those that are seen from `place`; at least one.
-        quality: (S,) how well samples are seen so far.
+        worth: (S,) what samples are worth as they are seen so far.
         resolution: texels along a side.
     """
     direction = samples.point[visible] - place
     direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
-    hope = samples.weight[visible] * (1.0 - score(quality[visible]))
+    hope = samples.weight[visible] * (1.0 - worth[visible])
     hope = np.maximum(hope, np.finfo(np.float64).tiny)
     aim = _best_aim(direction, hope)
     angle = _angles(direction, aim)
@@ -112,7 +112,7 @@ def aimed_camera(
         kept = angle <= limit
         camera = _camera(place, direction[kept], hope[kept], resolution)
         seen = seen_by_camera(camera, samples, visible)
-        gained = gain(seen, quality, samples.weight)
+        gained = gain(seen, worth, samples.weight)
         if best is None or gained > best[2]:
             best = camera, seen, gained
     assert best is not None
@@ -140,11 +140,13 @@ def needed_resolution(
     """The lowest tier at which a texel is no larger than a pixel, for most of the weight.
 
     The paper goes by the number of covered samples, which says nothing about how finely they
-    must be seen. `seen` was measured at `resolution`; `weight` is (S,).
+    must be seen. Only what is seen at a usable angle counts. `seen` was measured at
+    `resolution`; `weight` is (S,).
     """
-    if not seen.index.size:
+    usable = seen.usable
+    if not usable.any():
         return RESOLUTIONS[0]
-    texel = weighted_quantile(seen.texel, weight[seen.index], SERVED)
+    texel = weighted_quantile(seen.texel[usable], weight[seen.index[usable]], SERVED)
     allowed = [tier for tier in RESOLUTIONS if tier <= highest]
     enough = [tier for tier in allowed if texel * resolution / tier <= 1.0]
     return enough[0] if enough else allowed[-1]

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..progress import Progress
-from .aim import aimed_camera, cube_cameras, needed_resolution
+from .aim import cube_cameras, needed_resolution
 from .budget import Budget
 from .camera import CachingCamera
-from .coverage import gain, joined, score, seen_by_camera
+from .candidates import Candidates
+from .coverage import gain, joined, seen_by_camera
 from .keep import kept_groups, least_missed
 from .offer import Choice, Group, Offer
 from .places import Proposer, Sights, fixed_places
@@ -22,9 +23,6 @@ from .prepare import Stage
 from .settings import RESOLUTIONS, PlacementSettings
 from .spheres import Spheres
 
-# Samples on which all candidates are tried, and how many of these are then tried on all samples.
-SCREENED = 2048
-FINALISTS = 8
 # An earlier camera is given up for another only if that raises the score by as many least gains:
 # it is baked already, and pictures that change for nothing are worse than a little less sharp.
 SWAP = 10.0
@@ -32,6 +30,8 @@ SWAP = 10.0
 # compared: each move of the view asks every picture about every pixel, however coarse it is.
 # Otherwise dozens of the smallest pictures would always come first.
 OVERHEAD = 512**2
+# Places that are tried for cubes: those that see the most.
+CUBES = 16
 
 Stop = Literal["budget", "gain"]
 
@@ -42,7 +42,7 @@ class Chosen:
 
     Attributes:
         groups: cameras in the order of choice, a cube's faces together.
-        reached: (S,) bool, samples that some place that was tried sees at a usable angle.
+        reached: (S,) bool, samples that some place that was tried sees.
         stop: "budget" when no camera more was allowed, "gain" when none would have added
             enough.
         kept: how many of the first groups are earlier ones.
@@ -57,6 +57,7 @@ class Chosen:
 def choose_cameras(
     stage: Stage,
     spheres: Spheres,
+    near: Spheres,
     settings: PlacementSettings,
     propose: Proposer,
     *,
@@ -72,13 +73,15 @@ def choose_cameras(
 
     Args:
         stage: the scene and its samples, settled by the spheres.
-        spheres: the candidates for cubes.
+        spheres: the maximal ones, largest first: candidates for cubes.
+        near: spheres near the views, candidates too. The `source` of a cube's faces is an index
+            into `spheres`, then `near`.
         settings: the budget and the knobs.
         propose: gives places for perspective cameras.
         earlier: cameras to keep where they earn it, cubes as one group; in the local frame.
         progress: called with 0 to 1.
     """
-    choice = _Greedy(stage, spheres, settings, propose)
+    choice = _Greedy(stage, spheres, near, settings, propose)
     choice.keep(earlier)
     kept = len(choice.groups)
     while True:
@@ -102,21 +105,26 @@ class _Greedy:
     """The state of the choice."""
 
     def __init__(
-        self, stage: Stage, spheres: Spheres, settings: PlacementSettings, propose: Proposer
+        self,
+        stage: Stage,
+        spheres: Spheres,
+        near: Spheres,
+        settings: PlacementSettings,
+        propose: Proposer,
     ) -> None:
         self.stage = stage
         self.settings = settings
-        self.propose = propose
         self.sights = Sights(stage)
-        self.fixed = fixed_places(stage, spheres, settings)
+        places = fixed_places(stage, spheres, near, settings)
+        self.candidates = Candidates(stage, self.sights, places, propose, settings.max_resolution)
         self.total = Budget.of(settings)
         self.groups: list[Group] = []
-        self.quality = np.zeros(len(stage.samples))
+        self.worth = np.zeros(len(stage.samples))
         self.stop: Stop = "gain"
         self.next_place: Choice | None = None
         # Cubes are looked at only where some can be had.
-        cubes = settings.candidates if settings.budgeted or settings.primaries else 0
-        self.cubes = [self._cube(spheres, index) for index in range(min(len(spheres), cubes))]
+        cubes = settings.budgeted or settings.primaries > 0
+        self.cubes = self._most_seeing_cubes(spheres, near) if cubes else []
 
     @property
     def left(self) -> Budget:
@@ -176,6 +184,7 @@ class _Greedy:
         number, loss = least_missed(self.groups, self.stage.samples.weight, range(kept))
         before = list(self.groups)
         self._set([group for index, group in enumerate(before) if index != number])
+        self.candidates.forget()
         offer = self.best()
         if offer is not None and offer.gained - loss >= SWAP * self.settings.least_gain:
             self.take(offer)
@@ -187,10 +196,10 @@ class _Greedy:
     def _set(self, groups: Sequence[Group]) -> None:
         self.groups = list(groups)
         self.next_place = None
-        self.quality = np.zeros(len(self.stage.samples))
+        self.worth = np.zeros(len(self.stage.samples))
         for group in self.groups:
             for choice in group:
-                self.quality = joined(self.quality, choice.seen)
+                self.worth = joined(self.worth, choice.seen)
 
     def _phases(self) -> Iterator[list[Offer]]:
         """What is offered together; later phases only when an earlier one has nothing."""
@@ -216,9 +225,19 @@ class _Greedy:
         if any(offer.gained > self.settings.least_gain for offer in offers):
             self.stop = "budget"
 
-    def _cube(self, spheres: Spheres, index: int) -> Group:
+    def _most_seeing_cubes(self, spheres: Spheres, near: Spheres) -> list[Group]:
+        """Cubes in those of the largest spheres and those near the views that see the most."""
+        largest = spheres.centre[: self.settings.candidates]
+        centres = np.concatenate([largest, near.centre])
+        index = np.concatenate([np.arange(len(largest)), len(spheres) + np.arange(len(near))])
+        self.sights.ask(list(centres))
+        weight = self.stage.samples.weight
+        seen = [float(weight[self.sights.of(centre)].sum()) for centre in centres]
+        best = np.argsort(np.negative(seen), kind="stable")[:CUBES]
+        return [self._cube(centres[number], int(index[number])) for number in best]
+
+    def _cube(self, centre: NDArray[np.float64], index: int) -> Group:
         """The faces of a cube in the sphere `index`, without those that see no sample."""
-        centre = spheres.centre[index]
         visible = self.sights.of(centre)
         faces = cube_cameras(centre, self.settings.max_resolution)
         group = tuple(self._choice(replace(face, source=index), visible) for face in faces)
@@ -243,7 +262,7 @@ class _Greedy:
                         offers.append(
                             Offer(
                                 group=(*group[:face], finer, *group[face + 1 :]),
-                                gained=gain(finer.seen, self.quality, self.stage.samples.weight),
+                                gained=gain(finer.seen, self.worth, self.stage.samples.weight),
                                 cameras=0,
                                 texels=finer.texels - choice.texels,
                                 instead_of=number,
@@ -276,52 +295,17 @@ class _Greedy:
     def _gain(self, group: Group) -> float:
         """What a whole group adds; the faces of a cube share only the samples on their edges."""
         total = 0.0
-        quality = self.quality
+        worth = self.worth
         for choice in group:
-            total += gain(choice.seen, quality, self.stage.samples.weight)
+            total += gain(choice.seen, worth, self.stage.samples.weight)
             if len(group) > 1:
-                quality = joined(quality, choice.seen)
+                worth = joined(worth, choice.seen)
         return total
 
     def _best_place(self) -> Choice | None:
-        """The camera that gains most among all places; None if none sees anything lacking.
-
-        With many samples, all places are first tried on some of them, and the best few on all.
-        """
-        lacking = self.stage.samples.weight * (1.0 - score(self.quality)) > 0.0
-        wanted = np.flatnonzero(lacking)
-        thin = wanted[:: max(1, len(wanted) // SCREENED)]
-        few = np.zeros(len(lacking), dtype=np.bool_)
-        few[thin] = True
-        voted = self.propose(self.quality)
-        tried: list[tuple[float, NDArray[np.float64]]] = []
-        for number, place in enumerate(np.concatenate([voted, self.fixed])):
-            if number >= len(voted):
-                self.sights.of(place)  # asked for once, and known in all later rounds
-            tried.append((self._aimed(place, self.sights.among(place, thin, few))[1], place))
-        # Sorting keeps the order of equals, so the same places win each time.
-        tried.sort(key=lambda entry: -entry[0])
-        best: CachingCamera | None = None
-        most = 0.0
-        for _, place in tried[:FINALISTS]:
-            visible = self.sights.of(place)
-            camera, gained = self._aimed(place, visible[lacking[visible]])
-            if gained > most:
-                best, most = camera, gained
-        if best is None:
-            return None
-        return self._choice(best, self.sights.of(best.origin))
-
-    def _aimed(
-        self, place: NDArray[np.float64], visible: NDArray[np.int64]
-    ) -> tuple[CachingCamera | None, float]:
-        """The best camera at `place` (3,) for what it sees (V,), and what is gained by it."""
-        if not visible.size:
-            return None, 0.0
-        camera, _, gained = aimed_camera(
-            place, self.stage.samples, visible, self.quality, self.settings.max_resolution
-        )
-        return camera, gained
+        """The perspective camera that gains most; None if none sees anything lacking."""
+        camera = self.candidates.best(self.worth)
+        return None if camera is None else self._choice(camera, self.sights.of(camera.origin))
 
     def _choice(self, camera: CachingCamera, visible: NDArray[np.int64]) -> Choice:
         return Choice(camera, seen_by_camera(camera, self.stage.samples, visible))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,16 +13,21 @@ from .camera import CachingCamera
 from .rays import RayCaster
 from .samples import Samples
 
-# A surface seen at more than 81 degrees from its normal is not covered: its texels are smeared
-# over more than six times their width, and the depth test cannot tell it from its neighbours.
+# An angle is usable up to 81 degrees from the surface's normal. Flatter, texels are smeared over
+# more than six times their width, and depth hardly tells a surface from its neighbours.
 LEAST_COSINE = 0.15
-# What being seen at all is worth, out of 1; the rest is earned by density. A hole costs a
-# picture far more than a blur does, so density only decides once few holes are left to fill.
+# What being seen at a usable angle is worth, out of 1; the rest is earned by density. A hole
+# costs a picture far more than a blur does, so density only decides once few holes are left.
 SEEN = 0.9
+# A sample that is seen at a glancing angle only is worth this share of that: it is no hole, but
+# another camera that sees it better is wanted.
+GLANCING = 0.5
 # A sample is well seen when some camera sees it at a usable angle and no texel is longer than
 # this many of the view's pixels there. At two the texture loses its last octave, the one that a
 # pixel filter of the usual width takes half away already; at four a blur is plain to see.
 WELL_TEXEL = 2.0
+# What a sample is worth from which on it is well seen.
+WELL = SEEN + (1.0 - SEEN) / WELL_TEXEL
 
 
 @dataclass(frozen=True)
@@ -32,14 +38,21 @@ class Seen:
         index: (V,) int64, into the samples.
         texel: (V,) float64, the longest extent of one texel in the picture of the view that
             the sample is for, in pixels; at most 1 is as sharp as that view.
+        usable: (V,) bool, whether the angle is.
     """
 
     index: NDArray[np.int64]
     texel: NDArray[np.float64]
+    usable: NDArray[np.bool_]
 
-    def quality(self) -> NDArray[np.float64]:
-        """(V,) in (0, 1]: 1 where texels are no larger than the view's pixels."""
-        return np.asarray(1.0 / np.maximum(self.texel, 1.0))
+    @cached_property
+    def worth(self) -> NDArray[np.float64]:
+        """(V,) in (0, 1]: 1 for a usable angle and texels no larger than the view's pixels.
+
+        A sample that no camera sees is worth 0.
+        """
+        worth = SEEN + (1.0 - SEEN) / np.maximum(self.texel, 1.0)
+        return np.asarray(np.where(self.usable, worth, GLANCING * worth))
 
 
 def visible_from(
@@ -48,48 +61,54 @@ def visible_from(
     lift: NDArray[np.float64],
     rays: RayCaster,
     wanted: NDArray[np.int64],
-    *,
-    least_cosine: float = LEAST_COSINE,
 ) -> NDArray[np.int64]:
     """Those of the samples `wanted` (W,) that a camera at `place` (3,) sees in any direction.
 
     A sample is seen from its own side only: a cache holds one side of a two-sided sheet, and
-    the other side may look different. `lift` (S,) is where rays leave the surface. The cosine
-    between the normal and the way to the place is above 0 and at least `least_cosine`.
+    the other side may look different. `lift` (S,) is where rays leave the surface.
     """
-    cosine = _cosines(place, samples, wanted)
-    facing = (cosine > 0.0) & (cosine >= least_cosine)
+    return visible_from_each(place[None], samples, lift, rays, wanted)[0]
+
+
+def visible_from_each(
+    places: NDArray[np.float64],
+    samples: Samples,
+    lift: NDArray[np.float64],
+    rays: RayCaster,
+    wanted: NDArray[np.int64],
+) -> list[NDArray[np.int64]]:
+    """As `visible_from`, for each of the `places` (P, 3); faster than one after the other."""
     point, normal = samples.point[wanted], samples.normal[wanted]
-    facing_index = wanted[facing]
-    start = point[facing] + lift[facing_index, None] * normal[facing]
-    return facing_index[~rays.occluded(start, place)]
+    height = places @ normal.T - np.einsum("sx,sx->s", point, normal)
+    number, facing = np.nonzero(height > 0.0)
+    start = point + lift[wanted, None] * normal
+    seen = ~rays.occluded(start[facing], places[number])
+    number, facing = number[seen], facing[seen]
+    ends = np.searchsorted(number, np.arange(1, len(places)))
+    return np.split(wanted[facing], ends)
 
 
 def seen_by_camera(camera: CachingCamera, samples: Samples, visible: NDArray[np.int64]) -> Seen:
     """Those of the samples `visible` (V,) from the camera's place that are in its picture."""
-    place = camera.project(samples.point[visible])
-    inside = (place[:, 2] > 0.0) & (np.abs(place[:, :2] - 0.5) <= 0.5).all(axis=-1)
-    index = visible[inside]
-    return Seen(index, texel_size(camera, samples, index))
+    index = visible[_in_picture(camera, samples.point[visible])]
+    usable = _cosines(camera.origin, samples, index) >= LEAST_COSINE
+    return Seen(index, texel_size(camera, samples, index), usable)
 
 
 def seen_by(
     camera: CachingCamera, samples: Samples, lift: NDArray[np.float64], rays: RayCaster
 ) -> NDArray[np.int64]:
     """The samples in the camera's picture with a free line of sight, however flat it is."""
-    place = camera.project(samples.point)
-    inside = (place[:, 2] > 0.0) & (np.abs(place[:, :2] - 0.5) <= 0.5).all(axis=-1)
-    return visible_from(
-        camera.origin, samples, lift, rays, np.flatnonzero(inside), least_cosine=0.0
-    )
+    inside = np.flatnonzero(_in_picture(camera, samples.point))
+    return visible_from(camera.origin, samples, lift, rays, inside)
 
 
 def well_seen_by(
     camera: CachingCamera, samples: Samples, index: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     """Those of the samples `index` (V,), which the camera sees, that it sees well."""
-    usable = index[_cosines(camera.origin, samples, index) >= LEAST_COSINE]
-    return usable[texel_size(camera, samples, usable) <= WELL_TEXEL]
+    seen = seen_by_camera(camera, samples, index)
+    return seen.index[seen.usable & (seen.texel <= WELL_TEXEL)]
 
 
 def texel_size(
@@ -122,23 +141,25 @@ def largest_singular_value(m: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.sqrt(0.5 * (total + root)))
 
 
-def score(quality: NDArray[np.float64]) -> NDArray[np.float64]:
-    """What a sample seen with `quality` is worth, in [0, 1]; 0 is a sample not seen."""
-    return np.where(quality > 0.0, SEEN + (1.0 - SEEN) * quality, 0.0)
+def gain(seen: Seen, worth: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
+    """How much the samples' mean worth rises if `seen` joins what is worth (S,) so far.
+
+    `weight` (S,) adds up to 1.
+    """
+    return float(weight[seen.index] @ np.maximum(seen.worth - worth[seen.index], 0.0))
 
 
-def gain(seen: Seen, quality: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
-    """How much the weighted score rises if `seen` joins what is seen with `quality` (S,)."""
-    before = quality[seen.index]
-    after = np.maximum(before, seen.quality())
-    return float(weight[seen.index] @ (score(after) - score(before)))
-
-
-def joined(quality: NDArray[np.float64], seen: Seen) -> NDArray[np.float64]:
-    """(S,) the best quality of each sample once `seen` has joined."""
-    result = quality.copy()
-    result[seen.index] = np.maximum(result[seen.index], seen.quality())
+def joined(worth: NDArray[np.float64], seen: Seen) -> NDArray[np.float64]:
+    """(S,) what each sample is worth once `seen` has joined."""
+    result = worth.copy()
+    result[seen.index] = np.maximum(result[seen.index], seen.worth)
     return result
+
+
+def _in_picture(camera: CachingCamera, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(N,) whether points (N, 3) lie in the camera's frustum, clips apart."""
+    place = camera.project(points)
+    return np.asarray((place[:, 2] > 0.0) & (np.abs(place[:, :2] - 0.5) <= 0.5).all(axis=-1))
 
 
 def _cosines(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .budget import Budget
-from .coverage import joined, score
+from .coverage import joined
 from .offer import Group
 from .settings import PlacementSettings
 
@@ -59,11 +59,11 @@ def least_missed(
 
 
 def _worth(groups: Sequence[Group], weight: NDArray[np.float64]) -> float:
-    quality = np.zeros(len(weight))
+    worth = np.zeros(len(weight))
     for group in groups:
         for choice in group:
-            quality = joined(quality, choice.seen)
-    return float(weight @ score(quality))
+            worth = joined(worth, choice.seen)
+    return float(weight @ worth)
 
 
 def _too_dear(group: Group, settings: PlacementSettings) -> bool:

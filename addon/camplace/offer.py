@@ -26,7 +26,7 @@ class Choice:
         coarser = self.camera.resolution / resolution
         return Choice(
             replace(self.camera, resolution=resolution),
-            Seen(self.seen.index, self.seen.texel * coarser),
+            replace(self.seen, texel=self.seen.texel * coarser),
         )
 
 

@@ -18,13 +18,13 @@ from .aim import clip_distances
 from .box import inside_box
 from .camera import CachingCamera
 from .choose import Chosen, choose_cameras
-from .coverage import WELL_TEXEL, Seen, joined, seen_by
+from .coverage import WELL, Seen, joined
 from .frame import LocalFrame
 from .placement import LeftOut, Placement, Shares
-from .places import VotedPlaces
+from .places import VotedPlaces, near_spheres
 from .prepare import Stage, prepare
 from .settings import PlacementSettings
-from .spheres import Spheres, find_spheres
+from .spheres import Spheres, find_spheres, joined_spheres
 from .surface_distance import sphere_directions
 
 # Directions in which a camera looks for the surface nearest to it.
@@ -94,16 +94,18 @@ def place_cameras(
     )
     stage = stage.settled_by(spheres.centre)
     progress(0.4, "Letting rays vote for more cameras")
+    near = near_spheres(stage)
     chosen = choose_cameras(
         stage,
         spheres,
+        near,
         settings,
         VotedPlaces(stage, settings, rng),
         earlier=_groups([frame.camera_from_world(camera) for camera in earlier]),
         progress=part_of(progress, 0.5, 0.95),
     )
     progress(0.95, "Setting the cameras' attributes")
-    return _placement(stage, spheres, chosen, frame, settings)
+    return _placement(stage, joined_spheres([spheres, near]), chosen, frame, settings)
 
 
 def _groups(cameras: Sequence[CachingCamera]) -> list[list[CachingCamera]]:
@@ -136,10 +138,10 @@ def _placement(
 ) -> Placement:
     """The chosen cameras with clips, ids and sources, back in the world."""
     samples = stage.samples
-    quality = np.zeros(len(samples))
+    worth = np.zeros(len(samples))
     cameras: list[CachingCamera] = []
-    coverage: list[float] = []
-    sharpness: list[float] = []
+    seen: list[float] = []
+    well_seen: list[float] = []
     kept = [choice.camera for group in chosen.groups[: chosen.kept] for choice in group]
     taken = {camera.id for camera in kept}
     free_ids = (number for number in count() if number not in taken)
@@ -154,15 +156,12 @@ def _placement(
             source = len(spheres)
             spheres = _with_sphere(spheres, group[0].camera.origin, stage)
         for choice in group:
-            quality = joined(quality, choice.seen)
+            worth = joined(worth, choice.seen)
             camera = _with_clips(choice.camera, stage, choice.seen, widen=earlier)
             camera = replace(camera, id=camera.id if earlier else next(free_ids), source=source)
             cameras.append(frame.camera_to_world(camera))
-            coverage.append(float(samples.weight @ (quality > 0.0)))
-            sharpness.append(float(samples.weight @ quality))
-    local = [choice.camera for group in chosen.groups for choice in group]
-    shares = _shares(stage, local, quality, chosen)
-    left_out = _left_out(stage, quality, chosen)
+            seen.append(float(samples.weight @ (worth > 0.0)))
+            well_seen.append(float(samples.weight @ (worth >= WELL)))
     return Placement(
         cameras=tuple(cameras),
         spheres=Spheres(frame.to_world(spheres.centre), spheres.radius * frame.unit),
@@ -171,13 +170,13 @@ def _placement(
         sample_normal=samples.normal,
         sample_weight=samples.weight,
         from_view=samples.from_view,
-        quality=quality,
-        coverage=np.array(coverage),
-        sharpness=np.array(sharpness),
-        warnings=_warnings(stage, quality, chosen, settings),
+        worth=worth,
+        seen=np.array(seen),
+        well_seen=np.array(well_seen),
+        warnings=_warnings(stage, worth, chosen, settings),
         stop=chosen.stop,
-        shares=shares,
-        left_out=left_out,
+        shares=_shares(stage, worth, chosen),
+        left_out=_left_out(stage, worth, chosen),
         kept=len(kept),
     )
 
@@ -202,15 +201,11 @@ def _with_clips(camera: CachingCamera, stage: Stage, seen: Seen, *, widen: bool)
     return replace(camera, near=near, far=far)
 
 
-def _shares(
-    stage: Stage, cameras: Sequence[CachingCamera], quality: NDArray[np.float64], chosen: Chosen
-) -> Shares:
+def _shares(stage: Stage, worth: NDArray[np.float64], chosen: Chosen) -> Shares:
     """Seen and well seen of the stage's samples."""
     samples = stage.samples
-    seen = quality > 0.0
-    for camera in cameras:
-        seen[seen_by(camera, samples, stage.lift, stage.rays)] = True
-    well = quality * WELL_TEXEL >= 1.0
+    seen = worth > 0.0
+    well = worth >= WELL
     by_view = np.where(samples.from_view, samples.weight, 0.0)
     # Points by area are drawn by area and weight, so each stands for as much of them.
     by_area = ~samples.from_view & (stage.known_side | chosen.reached | seen)
@@ -221,9 +216,9 @@ def _shares(
     return Shares(*figures)
 
 
-def _left_out(stage: Stage, quality: NDArray[np.float64], chosen: Chosen) -> LeftOut:
+def _left_out(stage: Stage, worth: NDArray[np.float64], chosen: Chosen) -> LeftOut:
     """Why samples are not covered."""
-    weight = np.where(quality > 0.0, 0.0, stage.samples.weight)
+    weight = np.where(worth > 0.0, 0.0, stage.samples.weight)
     reachable = float(weight @ chosen.reached)
     over_budget = reachable if chosen.stop == "budget" else 0.0
     return LeftOut(
@@ -234,7 +229,7 @@ def _left_out(stage: Stage, quality: NDArray[np.float64], chosen: Chosen) -> Lef
 
 
 def _warnings(
-    stage: Stage, quality: NDArray[np.float64], chosen: Chosen, settings: PlacementSettings
+    stage: Stage, worth: NDArray[np.float64], chosen: Chosen, settings: PlacementSettings
 ) -> tuple[str, ...]:
     """What the user should know about the result."""
     warnings = []
@@ -242,10 +237,10 @@ def _warnings(
     looked_at = samples.from_view if samples.from_view.any() else np.ones(len(samples), np.bool_)
     total = samples.weight[looked_at].sum()
     if total > 0.0:
-        share = float(samples.weight[looked_at] @ (quality[looked_at] > 0.0)) / float(total)
+        share = float(samples.weight[looked_at] @ (worth[looked_at] > 0.0)) / float(total)
         if share < ENOUGH:
             what = "what the views see" if samples.from_view.any() else "the surface"
-            hidden = samples.weight[looked_at] @ ((quality == 0.0) & ~chosen.reached)[looked_at]
+            hidden = samples.weight[looked_at] @ ((worth == 0.0) & ~chosen.reached)[looked_at]
             warnings.append(
                 f"The caching cameras cover {100.0 * share:.1f} % of {what}; "
                 + _remedy(chosen, settings, float(hidden) / float(total))
@@ -271,5 +266,5 @@ def _remedy(chosen: Chosen, settings: PlacementSettings, unreachable: float) -> 
     elif chosen.stop == "budget":
         text = f"allow more than {settings.secondaries} secondary cameras to close the holes."
     if unreachable >= LEAST_TOLD:
-        text += f" No place sees {100.0 * unreachable:.1f} % at a usable angle."
+        text += f" No place sees {100.0 * unreachable:.1f} %."
     return text

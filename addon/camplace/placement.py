@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import CachingCamera
+from .coverage import WELL
 from .spheres import Spheres
 
 
@@ -37,7 +38,7 @@ class LeftOut:
     """Why samples are not covered, as shares of the whole weight; together what is not covered.
 
     Attributes:
-        unreachable: no place that was tried sees them at a usable angle.
+        unreachable: no place that was tried sees them.
         over_budget: another camera would have gained enough, but the budget was used up.
         too_little: no other camera would have gained enough.
     """
@@ -58,10 +59,10 @@ class Placement:
         sample_point, sample_normal: (S, 3) float64.
         sample_weight: (S,) float64, together 1.
         from_view: (S,) bool, the samples that were shot through the views' pixels.
-        quality: (S,) float64, 0 where no camera covers a sample, else up to 1, where a texel is
-            no larger than the view's pixel.
-        coverage: (C,) float64, share of the weight that is covered after each camera.
-        sharpness: (C,) float64, mean quality by weight after each camera.
+        worth: (S,) float64, what each sample is worth as the cameras see it: 0 where none does,
+            at least `coverage.WELL` where one sees it well.
+        seen: (C,) float64, share of the weight that is seen after each camera.
+        well_seen: (C,) float64, share of the weight that is well seen after each camera.
         stop: why there are no more cameras: the budget is used up, or none would gain enough.
         shares: what the cameras see and see well, by view and by area.
         left_out: why the rest is not covered.
@@ -76,9 +77,9 @@ class Placement:
     sample_normal: NDArray[np.float64]
     sample_weight: NDArray[np.float64]
     from_view: NDArray[np.bool_]
-    quality: NDArray[np.float64]
-    coverage: NDArray[np.float64]
-    sharpness: NDArray[np.float64]
+    worth: NDArray[np.float64]
+    seen: NDArray[np.float64]
+    well_seen: NDArray[np.float64]
     warnings: tuple[str, ...] = ()
     stop: Literal["budget", "gain"] = "gain"
     shares: Shares = Shares()
@@ -87,8 +88,13 @@ class Placement:
 
     @property
     def covered(self) -> NDArray[np.bool_]:
-        """(S,) which samples at least one camera covers."""
-        return self.quality > 0.0
+        """(S,) which samples at least one camera sees."""
+        return self.worth > 0.0
+
+    @property
+    def well_covered(self) -> NDArray[np.bool_]:
+        """(S,) which samples at least one camera sees well."""
+        return self.worth >= WELL
 
     @property
     def texels(self) -> int:

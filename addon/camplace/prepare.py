@@ -4,16 +4,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from ..errors import InputError
 from ..scene.geometry import SceneGeometry
 from ..scene.view import View
 from .area_samples import sample_area
 from .box import box_about, inside_box
+from .moves import moved_view
 from .rays import RayCaster
 from .samples import Samples, joined_samples, tangent_basis
 from .settings import PlacementSettings
@@ -24,9 +25,12 @@ from .view_samples import pixel_gradient, sample_view, side_seen
 SURFACE_POINTS = 65536
 # With many views each still gets this many rays, or a short pan would be sampled too coarsely.
 LEAST_RAYS = 64
+# Moved copies of each view, and the share of the samples that the views themselves get.
+MOVES = 8
+OWN_SHARE = 0.5
 # What no place near the views sees counts this much against what one sees: the far sides of
 # walls and the insides of furniture are large, and no camera move short of a new shot shows them.
-HIDDEN = 0.1
+HIDDEN = 0.3
 # Without a view, surface is to be seen as in a picture of this many pixels across the box.
 PICTURE = 1024.0
 
@@ -37,6 +41,7 @@ class Stage:
 
     Attributes:
         geometry, views: in the local frame.
+        moved: for each view, itself from a little elsewhere (`moves`); none where it sees nothing.
         rays: queries against the geometry.
         surface: distances to the geometry.
         box: (2, 3) box of interest.
@@ -48,6 +53,7 @@ class Stage:
 
     geometry: SceneGeometry
     views: tuple[View, ...]
+    moved: tuple[tuple[View, ...], ...]
     rays: RayCaster
     surface: SurfaceDistance
     box: NDArray[np.float64]
@@ -97,25 +103,11 @@ class Stage:
         spread = ~self.samples.from_view
         weight = self.samples.weight.copy()
         weight[spread & ~seen_near] *= HIDDEN
-        weight[spread] *= self._share_of_a_picture(self.samples.point[spread])
-        if spread.any():
-            weight[spread] *= self.samples.weight[spread].sum() / weight[spread].sum()
+        total = float(weight[spread].sum())
+        if total > 0.0:  # it is 0 where the views have all the weight
+            weight[spread] *= float(self.samples.weight[spread].sum()) / total
         samples = replace(self.samples, normal=normal, weight=weight)
         return replace(self, samples=samples, known_side=known)
-
-    def _share_of_a_picture(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(N,) how much of a picture surface at points (N, 3) can fill, against the usual.
-
-        It falls with the square of the distance from the nearest view, beyond the distance at
-        which the views usually see things.
-        """
-        origins = np.array([view.origin for view in self.views if view.perspective])
-        seen = self.samples.point[self.samples.from_view]
-        if not len(origins) or not len(seen):
-            return np.ones(len(points))
-        usual = np.median(cKDTree(origins).query(seen)[0])
-        distance = cKDTree(origins).query(points)[0]
-        return np.asarray(np.minimum(1.0, (usual / np.maximum(distance, usual)) ** 2))
 
     def _near_views(self, centres: NDArray[np.float64]) -> NDArray[np.float64]:
         """(N, 3) the views' own places and the centres that one of them sees.
@@ -144,9 +136,8 @@ def prepare(
         InputError: if the box of interest holds no surface.
     """
     rays = RayCaster(geometry)
-    count = max(LEAST_RAYS, settings.view_samples // max(1, len(views)))
-    seen = tuple(sample_view(view, geometry, rays, count, rng) for view in views)
-    box = box_about(views, tuple(s.point for s in seen), geometry.bounds)
+    seen, moved = _through_views(geometry, views, rays, settings.view_samples, rng)
+    box = box_about((*views, *chain(*moved)), tuple(s.point for s in seen), geometry.bounds)
     if bounds is not None:
         box = bounds
         seen = tuple(s[inside_box(s.point, box)] for s in seen)
@@ -170,7 +161,26 @@ def prepare(
         np.concatenate([samples.triangle, cover_triangle]),
     )
     lift = rays.lift(samples.point, samples.triangle)
-    return Stage(geometry, views, rays, surface, box, samples, known, lift)
+    return Stage(geometry, views, moved, rays, surface, box, samples, known, lift)
+
+
+def _through_views(
+    geometry: SceneGeometry,
+    views: tuple[View, ...],
+    rays: RayCaster,
+    count: int,
+    rng: np.random.Generator,
+) -> tuple[tuple[Samples, ...], tuple[tuple[View, ...], ...]]:
+    """What the views and their moved copies see, in about `count` samples; and these copies."""
+    own = max(LEAST_RAYS, int(OWN_SHARE * count) // max(1, len(views)))
+    seen = [sample_view(view, geometry, rays, own, rng) for view in views]
+    moved = tuple(
+        tuple(moved_view(view, samples, rays, rng) for _ in range(MOVES)) if len(samples) else ()
+        for view, samples in zip(views, seen, strict=True)
+    )
+    each = max(LEAST_RAYS, int((1.0 - OWN_SHARE) * count) // max(1, MOVES * len(views)))
+    seen += [sample_view(copy, geometry, rays, each, rng) for copy in chain(*moved)]
+    return tuple(seen), moved
 
 
 def _area_samples(

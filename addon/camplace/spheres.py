@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +36,7 @@ SAME = 0.5
 SMALL = 0.2
 # Seeds grown at once, and the most that are grown in all, in terms of the paper's k.
 BATCH = 64
-MOST_SEARCHES = 8
+MOST_SEARCHES = 4
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,14 @@ class Spheres:
 
     def __len__(self) -> int:
         return len(self.radius)
+
+
+def joined_spheres(parts: Sequence[Spheres]) -> Spheres:
+    """One after the other; at least one part."""
+    return Spheres(
+        np.concatenate([part.centre for part in parts]),
+        np.concatenate([part.radius for part in parts]),
+    )
 
 
 def find_spheres(

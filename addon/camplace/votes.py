@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from .coverage import LEAST_COSINE, SEEN, score
+from .coverage import LEAST_COSINE, SEEN
 from .grid import Grid
 from .parallel import in_parts
 from .rays import RayCaster
@@ -65,16 +65,16 @@ class Ballot:
         self._after = np.float32(SEEN) + np.float32(1.0 - SEEN) * density
         distance /= np.float32(grid.cell)
         weight = samples.weight.astype(np.float32)
-        self._worth = weight[self._sample] * distance ** np.float32(SPREAD_POWER)
+        self._weight = weight[self._sample] * distance ** np.float32(SPREAD_POWER)
 
-    def count(self, quality: NDArray[np.float64]) -> NDArray[np.float64]:
-        """(X, Y, Z) votes when samples are seen with `quality` (S,) so far."""
-        now = score(quality).astype(np.float32)
+    def count(self, worth: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(X, Y, Z) votes when samples are worth (S,) as they are seen so far."""
+        now = worth.astype(np.float32)
         vote = np.empty(len(self._cell))
 
         def weigh(part: slice) -> None:
             gain = np.maximum(self._after[part] - now[self._sample[part]], np.float32(0.0))
-            vote[part] = gain * self._worth[part]
+            vote[part] = gain * self._weight[part]
 
         in_parts(weigh, len(vote), PASSAGES)
         votes = np.bincount(self._cell, weights=vote, minlength=len(self._grid))

@@ -71,14 +71,14 @@ def test_clips() -> None:
 def test_resolution_makes_texels_no_larger_than_pixels(
     texel: float, highest: int, expected: int
 ) -> None:
-    seen = Seen(np.arange(10), np.array([texel] * 9 + [50.0]))
+    seen = Seen(np.arange(10), np.array([texel] * 9 + [50.0]), np.ones(10, dtype=np.bool_))
     weight = np.full(10, 0.1)
     # Measured at 2048; one sample in ten that cannot be served does not decide.
     assert aim.needed_resolution(seen, weight, 2048, highest) == expected
 
 
 def test_nothing_covered_needs_the_lowest_resolution() -> None:
-    seen = Seen(np.zeros(0, dtype=np.int64), np.zeros(0))
+    seen = Seen(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0, dtype=np.bool_))
     assert aim.needed_resolution(seen, np.ones(3), 2048, 2048) == 256
 
 

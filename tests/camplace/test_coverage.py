@@ -11,15 +11,20 @@ import pytest
 from addon.camplace.aim import look
 from addon.camplace.camera import CachingCamera
 from addon.camplace.coverage import (
+    GLANCING,
     LEAST_COSINE,
+    SEEN,
+    WELL,
+    WELL_TEXEL,
     Seen,
     gain,
     joined,
     largest_singular_value,
-    score,
     seen_by_camera,
     texel_size,
     visible_from,
+    visible_from_each,
+    well_seen_by,
 )
 from addon.camplace.rays import RayCaster
 from addon.camplace.samples import Samples
@@ -109,19 +114,52 @@ def test_frustum() -> None:
     assert seen.index.tolist() == [0]
 
 
-def test_only_the_facing_side_at_a_usable_angle_is_covered() -> None:
-    sheet = np.array([[-5.0, 0, -5], [5, 0, -5], [5, 0, 5], [-5, 0, 5]])
-    geometry = geometry_of([(sheet, np.array([[0, 1, 2], [0, 2, 3]]))])
-    rays = RayCaster(geometry)
+def _sheet() -> RayCaster:
+    """A square in the plane y = 0, ten across."""
+    corners = np.array([[-5.0, 0, -5], [5, 0, -5], [5, 0, 5], [-5, 0, 5]])
+    return RayCaster(geometry_of([(corners, np.array([[0, 1, 2], [0, 2, 3]]))]))
+
+
+def test_only_the_facing_side_is_seen() -> None:
+    rays = _sheet()
     wall = _wall(np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 1.0]]))
     lift = rays.lift(wall.point, wall.triangle)
     both = np.arange(2)
     assert visible_from(np.array([0.0, -3.0, 0.0]), wall, lift, rays, both).tolist() == [0, 1]
     assert visible_from(np.array([0.0, 3.0, 0.0]), wall, lift, rays, both).size == 0
-    angle = np.arccos(LEAST_COSINE)
-    for turned, expected in ((angle - 0.01, 1), (angle + 0.01, 0)):
-        place = 3.0 * np.array([np.sin(turned), -np.cos(turned), 0.0])
-        assert visible_from(place, wall, lift, rays, np.array([0])).size == expected
+
+
+@pytest.mark.parametrize(("beyond", "usable"), [(-0.01, True), (0.01, False)])
+def test_a_glancing_look_is_no_hole_but_not_well_seen(beyond: float, *, usable: bool) -> None:
+    rays = _sheet()
+    wall = _wall(np.array([[0.0, 0.0, 0.0]]))
+    lift = rays.lift(wall.point, wall.triangle)
+    turned = np.arccos(LEAST_COSINE) + beyond
+    place = 3.0 * np.array([np.sin(turned), -np.cos(turned), 0.0])
+    camera = _camera(place.tolist(), (-place).tolist(), 0.5, 2048)
+    index = visible_from(place, wall, lift, rays, np.array([0]))
+    assert index.tolist() == [0]
+    seen = seen_by_camera(camera, wall, index)
+    assert seen.usable.tolist() == [usable]
+    # A texel is far smaller than a pixel here (one unit), so only the angle matters.
+    np.testing.assert_allclose(seen.worth, 1.0 if usable else GLANCING)
+    assert (well_seen_by(camera, wall, index).size > 0) == usable
+
+
+def test_several_places_see_what_each_sees_alone() -> None:
+    geometry = geometry_of([box((0, -2, 0), 1.0), box((0.5, -3, 2), 1.0)])
+    rays = RayCaster(geometry)
+    rng = np.random.default_rng(3)
+    wall = _wall(np.stack([rng.uniform(-4, 4, 200), np.zeros(200), rng.uniform(-4, 4, 200)], -1))
+    lift = rays.lift(wall.point, np.zeros(200, dtype=np.int64))
+    wanted = np.flatnonzero(rng.random(200) < 0.6)
+    places = np.concatenate([rng.uniform(-5, 5, (7, 3)), [[0.0, 9.0, 0.0]]])
+    together = visible_from_each(places, wall, lift, rays, wanted)
+    assert len(together) == len(places)
+    for place, seen in zip(places, together, strict=True):
+        np.testing.assert_array_equal(seen, visible_from(place, wall, lift, rays, wanted))
+    assert 0 < sum(len(seen) for seen in together) < len(places) * len(wanted)
+    assert together[-1].size == 0  # behind the wall
 
 
 def test_what_stands_between_hides() -> None:
@@ -139,12 +177,19 @@ def test_largest_singular_value() -> None:
     )
 
 
-def test_gain_is_what_the_score_rises_by() -> None:
-    weight = np.array([0.5, 0.3, 0.2])
-    quality = np.array([0.0, 0.4, 1.0])
-    seen = Seen(np.array([0, 1, 2]), np.array([2.0, 1.0, 4.0]))
-    after = joined(quality, seen)
-    np.testing.assert_allclose(after, [0.5, 1.0, 1.0])
-    assert gain(seen, quality, weight) == pytest.approx(weight @ (score(after) - score(quality)))
-    # Filling a hole however coarsely is worth more than sharpening anything.
-    assert score(np.array([1e-6]))[0] > 1.0 - score(np.array([1e-6]))[0]
+def test_gain_is_what_the_mean_worth_rises_by() -> None:
+    weight = np.array([0.5, 0.2, 0.2, 0.1])
+    worth = np.array([0.0, 0.94, 1.0, 0.0])
+    texel = np.array([2.0, 1.0, 4.0, 0.5])
+    seen = Seen(np.arange(4), texel, np.array([True, True, True, False]))
+    after = joined(worth, seen)
+    np.testing.assert_allclose(after, [WELL, 1.0, 1.0, GLANCING])
+    assert gain(seen, worth, weight) == pytest.approx(weight @ (after - worth))
+
+
+def test_holes_count_most_then_glancing_looks_then_blur() -> None:
+    coarse, glancing = Seen(np.arange(2), np.array([1e6, 1.0]), np.array([True, False])).worth
+    assert coarse == pytest.approx(SEEN, abs=1e-6)
+    assert 0.0 < 1.0 - coarse < 1.0 - glancing < coarse
+    edge = Seen(np.arange(2), WELL_TEXEL * np.array([1.0, 1.001]), np.ones(2, dtype=np.bool_))
+    assert (edge.worth >= WELL).tolist() == [True, False]

@@ -60,8 +60,8 @@ def test_one_more_object_moves_at_most_a_few(before: Placement) -> None:
     cold = _place(geometry_of(FURNISHED))
     assert _moved(settled, after) <= 3
     assert _moved(before, cold) > 3
-    assert after.sharpness[-1] > cold.sharpness[-1] - 0.02
-    assert after.coverage[-1] > cold.coverage[-1] - 0.01
+    assert after.well_seen[-1] > cold.well_seen[-1] - 0.02
+    assert after.seen[-1] > cold.seen[-1] - 0.01
     ids = [camera.id for camera in after.cameras]
     assert len(set(ids)) == len(ids)
     for camera in after.cameras:
@@ -77,7 +77,7 @@ def test_a_full_budget_gives_one_up_for_something_much_better() -> None:
     sheet = (np.add(wall, (0.0, 0.9, 0.0)), np.array([[0, 1, 2], [0, 2, 3]]))
     second = _place(geometry_of([*ROOM, sheet]), first, cameras=1)
     assert len(second.cameras) == 1
-    assert second.coverage[-1] > 0.8
+    assert second.seen[-1] > 0.8
 
 
 def test_a_smaller_budget_keeps_the_most_useful(before: Placement) -> None:
@@ -86,7 +86,7 @@ def test_a_smaller_budget_keeps_the_most_useful(before: Placement) -> None:
     assert len(four.cameras) <= 4
     assert four.kept >= 3
     assert {_pose(c) for c in four.cameras[: four.kept]} <= {_pose(c) for c in five.cameras}
-    assert four.coverage[-1] > five.coverage[-1] - 0.02
+    assert four.seen[-1] > five.seen[-1] - 0.02
     limited = _place(geometry_of(ROOM), before, primaries=0, secondaries=3)
     assert all(camera.kind == "PERSPECTIVE" for camera in limited.cameras)
     assert len(limited.cameras) <= 3

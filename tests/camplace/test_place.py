@@ -64,18 +64,18 @@ def test_covered_samples_are_covered_and_the_others_are_not(room: Placement) -> 
 def test_a_room_is_covered(room: Placement) -> None:
     view = room.from_view
     assert room.covered[view].mean() > 0.995
-    assert room.quality[view].mean() > 0.9
-    assert room.coverage[-1] > 0.97
+    assert room.worth[view].mean() > 0.9
+    assert room.seen[-1] > 0.97
     assert not room.warnings
 
 
 def test_coverage_rises_with_every_camera(room: Placement) -> None:
-    assert len(room.coverage) == len(room.sharpness) == len(room.cameras)
-    assert (np.diff(room.coverage) >= 0.0).all()
-    assert (np.diff(room.sharpness) >= 0.0).all()
-    assert (room.sharpness <= room.coverage + 1e-12).all()
+    assert len(room.seen) == len(room.well_seen) == len(room.cameras)
+    assert (np.diff(room.seen) >= 0.0).all()
+    assert (np.diff(room.well_seen) >= 0.0).all()
+    assert (room.well_seen <= room.seen + 1e-12).all()
     assert room.sample_weight.sum() == pytest.approx(1.0)
-    assert room.coverage[-1] == pytest.approx(room.sample_weight @ room.covered)
+    assert room.seen[-1] == pytest.approx(room.sample_weight @ room.covered)
 
 
 def test_cameras_are_numbered_typed_and_clear_of_surfaces(room: Placement) -> None:
@@ -149,7 +149,7 @@ def test_a_two_sided_sheet_is_cached_from_the_side_that_the_view_sees() -> None:
 def test_without_a_view_the_whole_scene_is_served() -> None:
     placement = place_cameras(room_with_box(), (), SMALL)
     assert not placement.from_view.any()
-    assert placement.coverage[-1] > 0.95
+    assert placement.seen[-1] > 0.95
     # Outward winding does not turn the cameras out of the room.
     assert all(np.abs(camera.origin).max() < 2.0 for camera in placement.cameras)
 
@@ -178,7 +178,7 @@ def test_an_alcove_that_the_primary_misses_gets_a_camera() -> None:
     behind = more.from_view & (more.sample_point[:, 1] > 0.51)
     assert behind.mean() > 0.3
     assert more.covered[behind].mean() > 0.99
-    assert more.coverage[-1] >= alone.coverage[-1]
+    assert more.seen[-1] >= alone.seen[-1]
 
 
 def test_more_of_the_budget_sharpens_what_is_seen() -> None:
@@ -187,8 +187,8 @@ def test_more_of_the_budget_sharpens_what_is_seen() -> None:
     one = place_cameras(
         room_with_box(), (_room_view(),), replace(SMALL, max_resolution=256, secondaries=1)
     )
-    assert one.coverage[-1] > 0.9
-    assert few.sharpness[-1] > one.sharpness[-1] + 0.05
+    assert one.seen[-1] > 0.9
+    assert few.well_seen[-1] > one.well_seen[-1] + 0.05
 
 
 def test_weights_draw_the_cameras() -> None:
@@ -215,7 +215,7 @@ def test_the_box_of_interest_bounds_cameras_and_samples() -> None:
 def test_offered_views_may_be_taken() -> None:
     settings = replace(SMALL, primaries=0, secondaries=1, offer_views=True)
     placement = place_cameras(room_with_box(), (_room_view(),), settings)
-    assert placement.sharpness[-1] > 0.8
+    assert placement.well_seen[-1] > 0.8
 
 
 def test_orthographic_view() -> None:

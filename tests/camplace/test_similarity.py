@@ -65,7 +65,7 @@ def test_a_similar_scene_has_similar_cameras(
         )
         np.testing.assert_allclose(a.fov, b.fov, atol=0.02)
         np.testing.assert_allclose([a.near / scale, a.far / scale], [b.near, b.far], rtol=0.01)
-    np.testing.assert_allclose(there.coverage, here.coverage, atol=0.005)
+    np.testing.assert_allclose(there.seen, here.seen, atol=0.005)
 
 
 @settings(max_examples=5, deadline=None)
@@ -84,10 +84,10 @@ def test_more_cameras_cover_more(seed: int, fewer: int, more: int) -> None:
         for count in (fewer, fewer + more)
     ]
     for placement in placements:
-        assert (np.diff(placement.coverage) >= 0.0).all()
-        assert (np.diff(placement.sharpness) >= 0.0).all()
+        assert (np.diff(placement.seen) >= 0.0).all()
+        assert (np.diff(placement.well_seen) >= 0.0).all()
     small, large = placements
     assert len(small.cameras) <= fewer
     # Both begin with the same cameras, unless only the larger one can afford a cube; greedy
     # choices may then differ by a little either way.
-    assert large.coverage[-1] >= small.coverage[-1] - 0.01
+    assert large.seen[-1] >= small.seen[-1] - 0.01

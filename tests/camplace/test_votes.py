@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from addon.camplace.coverage import LEAST_COSINE
+from addon.camplace.coverage import LEAST_COSINE, SEEN
 from addon.camplace.grid import Grid
 from addon.camplace.rays import RayCaster
 from addon.camplace.samples import Samples
@@ -77,10 +77,12 @@ def test_poorly_seen_samples_vote_for_places_close_enough_to_help() -> None:
         resolution=1,
         rng=np.random.default_rng(1),
     )
-    some, none = ballot.count(np.full(800, 0.3)), ballot.count(np.zeros(800))
+    some, none = ballot.count(np.full(800, SEEN + 0.3 * (1.0 - SEEN))), ballot.count(np.zeros(800))
     assert 0.0 < some.sum() < none.sum()
     assert ballot.count(np.ones(800)).sum() == 0.0
-    assert np.count_nonzero(ballot.count(np.full(800, 0.9))) < np.count_nonzero(some)
+    assert np.count_nonzero(
+        ballot.count(np.full(800, SEEN + 0.9 * (1.0 - SEEN)))
+    ) < np.count_nonzero(some)
 
 
 def test_rays_fill_the_part_of_the_hemisphere_that_covers() -> None:

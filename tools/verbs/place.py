@@ -86,8 +86,6 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "primaries": len({c.source for c in placement.cameras if c.kind == "CUBE_FACE"}),
         "secondaries": sum(c.kind == "PERSPECTIVE" for c in placement.cameras),
         "box": np.asarray(placement.box).tolist(),
-        "coverage": float(placement.coverage[-1]) if len(placement.coverage) else 0.0,
-        "sharpness": float(placement.sharpness[-1]) if len(placement.sharpness) else 0.0,
         **placement.report(),
         "written": written,
         "warnings": [*geometry.warnings, *placement.warnings],

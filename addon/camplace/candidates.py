@@ -14,8 +14,6 @@ from .prepare import Stage
 # Samples by which proposed places are compared, and how many of the places are then kept.
 SCREENED = 1024
 FINALISTS = 8
-# A camera's aim is a good one, not the best one, so that later it may gain this much more.
-SLACK = 1.0
 
 
 class Candidates:
@@ -23,7 +21,8 @@ class Candidates:
 
     What is gained at a place only falls while cameras are added, so what it was when last asked
     bounds what it is now, and most places need not be asked again (Minoux, "Accelerated greedy
-    algorithms for maximizing submodular set functions", 1978).
+    algorithms for maximizing submodular set functions", 1978). That would be exact if cameras
+    were aimed as well as can be; they are aimed well (`aimed_camera`).
     """
 
     def __init__(
@@ -64,7 +63,7 @@ class Candidates:
                 break
             visible = self._sights.of(self._places[number])
             camera, gained = self._aimed(self._places[number], visible[lack[visible] > 0.0], worth)
-            self._most[number] = min(self._most[number], SLACK * gained)
+            self._most[number] = min(self._most[number], gained)
             if gained > most:
                 best, most = camera, gained
         return best

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from addon.camplace.camera import CachingCamera
-from addon.camplace.coverage import LEAST_COSINE
 from addon.camplace.place import place_cameras
 from addon.camplace.placement import Placement
 from addon.camplace.settings import PlacementSettings
@@ -47,7 +46,7 @@ def _covers(camera: CachingCamera, geometry: SceneGeometry, placement: Placement
     way = point - camera.origin
     distance = np.linalg.norm(way, axis=-1)
     direction = way / distance[:, None]
-    facing = -np.einsum("sx,sx->s", direction, normal) >= LEAST_COSINE
+    facing = np.einsum("sx,sx->s", direction, normal) < 0.0
     triangle, hit = Tracer(geometry).hit(np.broadcast_to(camera.origin, point.shape), direction)
     near = np.linalg.norm(hit - point, axis=-1) <= 1e-4 * distance
     return np.asarray(inside & facing & (triangle >= 0) & near)

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from addon.camplace.aim import cube_cameras
-from addon.camplace.moves import moved_view
 from addon.camplace.rays import RayCaster
 from addon.camplace.settings import PlacementSettings
-from addon.camplace.view_samples import sample_view
 from tests.synthetic import box, geometry_of, looking_at, perspective_view, room_with_box
 from tools import placement_measure, placement_table
 from tools.placement_measure import FreshSamples, free_among
@@ -62,16 +60,34 @@ def test_free_points_are_not_in_solids() -> None:
     np.testing.assert_allclose(free_among(points, (), rays), points[[1, 3]])
 
 
-def test_a_moved_view_stays_in_its_room() -> None:
-    rays = RayCaster(ROOM)
-    rng = np.random.default_rng(0)
-    near_wall = perspective_view(looking_at((1.99, 0, 0), (0, 0.1, 0)), 100, 100, 1.0)
-    seen = sample_view(near_wall, ROOM, rays, 100, rng)
-    distance = np.median(np.linalg.norm(seen.point - near_wall.origin, axis=-1))
-    for _ in range(30):
-        moved = moved_view(near_wall, seen, rays, rng)
-        assert (np.abs(moved.origin) < 2.0).all()
-        assert 0 < np.linalg.norm(moved.origin - near_wall.origin) <= 0.1 * distance
+@pytest.mark.parametrize("faces_the_view", [True, False])
+def test_area_points_want_the_density_of_a_view_that_sees_their_side(
+    *, faces_the_view: bool
+) -> None:
+    """A sheet that a view looks at from above wants that view's pixels on its upper side alone."""
+    sheet = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    triangles = np.array([[0, 1, 2], [0, 2, 3]])
+    geometry = geometry_of([(sheet, triangles if faces_the_view else triangles[:, ::-1])])
+    pose = looking_at((0.0, 0.0, 3.0), (0.0, 0.0, 0.0), up=(0, 1, 0))
+    view = perspective_view(pose, 400, 400, 1.0)
+    small_part = perspective_view(
+        looking_at((0.2, 0.2, 0.1), (0.2, 0.2, 0.0), up=(0, 1, 0)), 400, 400, 0.5
+    )
+    region = np.array([[-1.0, -1, -4], [1, 1, 4]])
+    below = perspective_view(looking_at((0, 0, -0.01), (0, 0, -5.0), up=(0, 1, 0)), 9, 9, 1.0)
+    fresh = FreshSamples(geometry, (view, small_part, below), region)
+    samples = fresh.by_area
+    assert samples is not None
+    footprint = samples.footprint * fresh.frame.unit
+    up = samples.normal[:, 2] > 0.0
+    assert up.any()
+    assert (~up).any()
+    # On the axis a pixel at distance 3 is 2 * 3 * tan(0.5) / 400 wide, and larger off the axis.
+    on_axis = 2.0 * 3.0 * np.tan(0.5) / 400
+    assert footprint[up].min() == pytest.approx(on_axis, rel=0.02)
+    assert footprint[up].max() < 1.6 * on_axis
+    # The lower side is seen by no view: it wants what is usual for them, all points the same.
+    assert np.ptp(footprint[~up]) < 1e-9
 
 
 def test_the_table_has_all_ways_and_budgets() -> None:

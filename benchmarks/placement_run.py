@@ -6,7 +6,7 @@ Memory that one step has used does not count for the next then. Each prints one 
     python -m benchmarks.placement_run extract SCENE.blend ARRAYS
     python -m benchmarks.placement_run hall ARRAYS
     python -m benchmarks.placement_run subdivide ARRAYS COUNT ARRAYS
-    python -m benchmarks.placement_run place ARRAYS CORES [fresh]
+    python -m benchmarks.placement_run place ARRAYS CORES [fresh] [view=NAME]
 """
 
 from __future__ import annotations
@@ -51,6 +51,7 @@ def extract(scene_path: str, out: str) -> dict[str, Any]:
     return {
         "triangles": len(geometry),
         "views": len(views),
+        "active": scene.camera.name if scene.camera else "",
         "open_s": opened - start,
         "read_s": read - opened,
         "blender_mb": with_blender,
@@ -91,11 +92,14 @@ def subdivide(arrays: str, count: str, out: str) -> dict[str, Any]:
 
 
 def place(arrays: str, cores: str, *options: str) -> dict[str, Any]:
-    """Place cameras with the paper's budget; with `fresh`, also ask fresh samples."""
+    """Place cameras with the paper's budget; with `fresh`, also ask fresh samples; with
+    `view=NAME`, for the views of that camera alone."""
     from addon.camplace.place import place_cameras
     from addon.camplace.settings import PlacementSettings
 
     geometry, views = _read(arrays)
+    names = [option.removeprefix("view=") for option in options if option.startswith("view=")]
+    views = tuple(view for view in views if not names or view.name in names)
     gc.collect()
     _forget_peak()
     before = _memory("VmRSS")

@@ -47,15 +47,18 @@ def place_cameras(
     The steps are the paper's: maximal spheres give primary cameras, rays from what they miss
     vote for secondary ones, attributes follow from the covered samples. Differences, and why:
 
-    * Samples are shot through the views' pixels, besides being spread by weight and area:
-      cameras serve the picture, and a square metre that fills the picture matters more than
-      one in a corner (`view_samples`, `area_samples`).
-    * A sample is covered from its own side, at a usable angle, in the frustum; the paper asks
-      for a free line of sight only (`coverage`).
-    * A camera is judged by coverage and by how its texels compare with the view's pixels. When
-      nearly all is covered the remaining cameras sharpen what is seen coarsely (`coverage`).
+    * Samples are shot through the pixels of the views, and of the views from a little elsewhere,
+      besides being spread by weight and area: cameras serve the picture, and a square metre
+      that fills the picture matters more than one in a corner (`view_samples`, `moves`).
+    * A sample is seen from its own side and in the frustum, and counts half when that is at a
+      glancing angle; the paper asks for a free line of sight only (`coverage`).
+    * A camera is judged by what it sees and by how its texels compare with the view's pixels.
+      When nearly all is seen the remaining cameras sharpen what is seen coarsely (`coverage`).
+    * Spheres about places near the views are candidates beside the maximal ones: in the open a
+      sphere grows far above all that there is to see, and what a view sees through leaves is
+      seen best from near it (`places`).
     * The strongest cells are only candidates; embree tells what each would really add, and the
-      best is taken. Cells too near a surface are no candidates (`choose`).
+      best is taken. Cells too near a surface are no candidates (`candidates`).
     * The resolution follows from the views' pixel size, not from a count of samples (`aim`).
     * A budget of pictures, texels or megabytes may be given; it is kept exactly, and what gains
       most for what it costs comes first (`budget`, `choose`).

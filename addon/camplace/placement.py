@@ -21,8 +21,8 @@ class Shares:
     Fresh samples say a little less: cameras were aimed at these ones.
 
     Attributes:
-        view_seen, view_well: of what the views see, by their pixels and the artist's weights;
-            NaN without views that see anything.
+        view_seen, view_well: of what the views, and the views from a little elsewhere, see, by
+            their pixels and the artist's weights; NaN without views that see anything.
         area_seen, area_well: of the surface in the box that some place that was tried can see,
             by area and the artist's weights; NaN where there is none.
     """
@@ -58,7 +58,7 @@ class Placement:
         box: (2, 3) float64, the box of interest.
         sample_point, sample_normal: (S, 3) float64.
         sample_weight: (S,) float64, together 1.
-        from_view: (S,) bool, the samples that were shot through the views' pixels.
+        from_view: (S,) bool, the samples that were shot through pixels of the views, moved or not.
         worth: (S,) float64, what each sample is worth as the cameras see it: 0 where none does,
             at least `coverage.WELL` where one sees it well.
         seen: (C,) float64, share of the weight that is seen after each camera.

@@ -22,7 +22,8 @@ class PlacementSettings:
         seed: of every random choice; the same seed gives the same cameras.
         primaries: most primary cameras; each is a cube of six faces.
         secondaries: most secondary (perspective) cameras.
-        view_samples: sample points shot through the views' pixels, over all views.
+        view_samples: sample points shot through the pixels of the views and of the views from a
+            little elsewhere, over all of them.
         area_samples: sample points spread by weight and area (equation 2).
         view_share: share of the whole weight that the view samples carry, in [0, 1].
         grid_cells: cells of the voting grid along the box's longest side (paper's n).

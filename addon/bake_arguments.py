@@ -7,6 +7,7 @@ import argparse
 from pathlib import Path
 
 from .caching.presets import DEFAULT_PRESET, PRESETS, Preset
+from .place_arguments import add_shot
 
 # Far more caching cameras than a cache can have.
 LAST_CAMERA = 99_999
@@ -16,10 +17,16 @@ def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to, how fine, and which cameras."""
     add_cache(parser)
     add_preset(parser, DEFAULT_PRESET)
-    parser.add_argument(
+    cameras = parser.add_mutually_exclusive_group()
+    cameras.add_argument(
         "--placement", type=Path, metavar="CAMERAS.json",
-        help="cameras that `relume place --out` wrote (default: the cache's, or placed now)",
+        help="cameras that `relume place --out` wrote (default: the caching cameras in the scene, "
+        "as they were edited; without any, with --resume or --cameras the cache's; or placed now)",
     )  # fmt: skip
+    cameras.add_argument(
+        "--place-anew", action="store_true", help="do not take the caching cameras in the scene"
+    )
+    add_shot(parser)
     parser.add_argument(
         "--cameras", type=camera_numbers, metavar="0-7", help="bake these alone (default: all)"
     )

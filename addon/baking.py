@@ -3,19 +3,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from .caching.bake import BakeReport, BakeSettings, bake_scene
 from .caching.bake_settings import earlier_cache
+from .caching.edited_cameras import PLACEMENT_NAME, edited_cameras
 from .caching.fingerprint import scene_fingerprint
+from .caching.presets import PRESETS
+from .caching.store import CacheStore
 from .camplace.camera import CachingCamera
+from .camplace.cameras_file import read_cameras
 from .camplace.place import place_cameras
 from .camplace.settings import PlacementSettings
 from .progress import Progress, part_of
+from .scene.caching_collection_reader import caching_collection, caching_objects
+from .scene.depsgraph_reader import viewport_depsgraph
 from .scene.geometry import SceneGeometry
+from .scene.shot import ALL_CAMERAS, ShotChoice, describe_shot
 from .scene.shot_reader import read_shot
 from .writable import require_folder
 
@@ -23,31 +30,79 @@ from .writable import require_folder
 PLACING = 0.3
 
 
+def _say_nothing(sentence: str) -> None:
+    """A `Baking.say` that nobody hears."""
+
+
 @dataclass(frozen=True)
 class Baking:
-    """What to bake: the open `bpy.types.Scene`, its surfaces, where to, and how."""
+    """What to bake: the open `bpy.types.Scene`, its surfaces, where to, and how.
+
+    Attributes:
+        shot: whose views cameras are placed for, if they are placed.
+        anew: do not take the caching cameras that the scene's collection holds.
+        say: is told which cameras are baked, in one sentence, where nobody named them.
+    """
 
     scene: Any
     geometry: SceneGeometry
     cache: Path
     settings: BakeSettings
+    shot: ShotChoice = ALL_CAMERAS
+    anew: bool = False
+    say: Callable[[str], None] = _say_nothing
 
     def run(self, cameras: Sequence[CachingCamera], progress: Progress) -> BakeReport:
-        """Bake these cameras; without any, those that the cache was begun with, if that is to be
-        gone on with, or else cameras that are placed for the scene's shot first.
+        """Bake these cameras; without any, the first that there are of the following.
+
+        * the caching cameras in the scene, with what the artist did to them, unless `anew`;
+        * those that the cache was begun with, if that is to be gone on with;
+        * cameras that are placed for the shot now.
 
         Raises:
-            InputError: the folder holds another scene's cache, or cannot be written.
+            InputError: the folder holds another scene's cache, or cannot be written, or a
+                caching camera in the scene cannot be baked.
         """
         # Asked before the minutes that placing may take.
         require_folder(self.cache)
         earlier = earlier_cache(self.cache, scene_fingerprint(self.geometry), self.settings)
         goes_on = self.settings.resume or self.settings.only is not None
+        if not cameras and not self.anew:
+            cameras = self._shown(earlier, progress)
         if not cameras and goes_on and earlier is not None:
             cameras = earlier.manifest.cameras
         if not cameras:
-            placing = part_of(progress, 0.0, PLACING)
-            views = read_shot(self.scene)
-            cameras = place_cameras(self.geometry, views, PlacementSettings(), placing).cameras
+            cameras = self._placed(part_of(progress, 0.0, PLACING))
             progress = part_of(progress, PLACING, 1.0)
+        elif self.shot != ALL_CAMERAS:
+            self.say("no cameras were placed, so that the choice of a shot made no difference")
         return bake_scene(self.scene, self.geometry, cameras, self.cache, self.settings, progress)
+
+    def _shown(self, earlier: CacheStore | None, progress: Progress) -> Sequence[CachingCamera]:
+        """The caching cameras in the scene; those that nobody touched are the placed ones."""
+        if not caching_objects(self.scene):
+            return ()
+        placement = self.cache / PLACEMENT_NAME
+        placed: Sequence[CachingCamera] = ()
+        if placement.exists():
+            placed = read_cameras(placement)
+        elif earlier is not None:
+            placed = earlier.manifest.cameras
+        largest = PRESETS[self.settings.preset].max_resolution
+        graph = viewport_depsgraph(self.scene)
+        cameras = edited_cameras(graph, self.scene, placed, largest) or ()
+        name = caching_collection(self.scene).name  # type: ignore[union-attr]
+        sentence = (
+            f"the {len(cameras)} caching cameras in the scene's collection '{name}' are baked"
+        )
+        progress(0.0, sentence)
+        self.say(f"{sentence} (relume bake --place-anew places others)")
+        return cameras
+
+    def _placed(self, progress: Progress) -> Sequence[CachingCamera]:
+        views = read_shot(self.scene, self.shot)
+        cameras = place_cameras(self.geometry, views, PlacementSettings(), progress).cameras
+        if self.shot != ALL_CAMERAS:
+            names = [view.name for view in views]
+            self.say(f"{len(cameras)} caching cameras were placed for {describe_shot(names)}")
+        return cameras

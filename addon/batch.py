@@ -17,6 +17,7 @@ from .baking import Baking
 from .caching.bake import BakeReport, BakeSettings
 from .camplace.cameras_file import read_cameras
 from .json_lines import run_told
+from .place_arguments import shot_choice
 from .progress import Progress
 from .scene.depsgraph_reader import with_render_depsgraph
 from .scene.geometry_reader import read_geometry
@@ -40,7 +41,16 @@ def _bake(args: argparse.Namespace, progress: Progress) -> BakeReport:
     for warning in geometry.warnings:
         sys.stderr.write(f"relume: {warning}\n")
     settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite)
-    report = Baking(scene, geometry, args.cache, settings).run(cameras, progress)
+    baking = Baking(
+        scene,
+        geometry,
+        args.cache,
+        settings,
+        shot=shot_choice(args),
+        anew=args.place_anew,
+        say=lambda sentence: print(f"relume: {sentence}", file=sys.stderr, flush=True),
+    )
+    report = baking.run(cameras, progress)
     for line in report.approximations:
         sys.stderr.write(f"relume: {line}\n")
     return report

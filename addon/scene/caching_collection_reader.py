@@ -16,6 +16,14 @@ def caching_collection(scene: Any) -> Any | None:
     return next(found, None)
 
 
+def caching_objects(scene: Any) -> list[Any]:
+    """The camera objects in the scene's collection of caching cameras."""
+    collection = caching_collection(scene)
+    if collection is None:
+        return []
+    return [obj for obj in collection.all_objects if obj.type == "CAMERA"]
+
+
 def shot_cameras(scene: Any) -> list[Any]:
     """The camera objects of a `bpy.types.Scene` by name, without the caching cameras.
 

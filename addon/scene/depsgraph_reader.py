@@ -30,6 +30,12 @@ class _DepsgraphProbe(bpy.types.RenderEngine):
             _DepsgraphProbe.failure = failure
 
 
+def viewport_depsgraph(scene: Any) -> Any:
+    """The scene's dependency graph as its viewports see it, evaluated now."""
+    with bpy.context.temp_override(scene=scene, view_layer=scene.view_layers[0]):
+        return bpy.context.evaluated_depsgraph_get()
+
+
 def with_render_depsgraph[T](scene: Any, function: Callable[[Any], T]) -> T:
     """Call `function` with the scene's dependency graph evaluated for a render.
 

@@ -12,8 +12,8 @@ import bpy
 
 from ..camplace.cameras_file import read_cameras, write_cameras
 from ..camplace.place import place_cameras
-from ..camplace.settings import PlacementSettings
 from ..json_lines import run_told
+from ..place_arguments import add_place_arguments, placement_settings, shot_choice
 from ..progress import Progress
 from ..scene.box_reader import find_box
 from ..scene.depsgraph_reader import with_render_depsgraph
@@ -28,10 +28,7 @@ def main(argv: Sequence[str]) -> int:
     returns the exit status."""
     parser = argparse.ArgumentParser(prog="place")
     parser.add_argument("--out", type=Path, required=True)
-    parser.add_argument("--primaries", type=int, required=True)
-    parser.add_argument("--secondaries", type=int, required=True)
-    parser.add_argument("--box-object")
-    parser.add_argument("--keep-from", type=Path)
+    add_place_arguments(parser)
     args = parser.parse_args(argv)
     return run_told(lambda progress: _place(args, progress))
 
@@ -40,14 +37,15 @@ def _place(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     require_folder(args.out.parent)
     scene = bpy.context.scene
     geometry = with_render_depsgraph(scene, read_geometry)
-    views = read_shot(scene)
-    box = None
+    views = read_shot(scene, shot_choice(args))
+    box = args.box
     if args.box_object is not None:
         box = find_box(bpy.context.evaluated_depsgraph_get(), scene, args.box_object)
-    settings = PlacementSettings(primaries=args.primaries, secondaries=args.secondaries, bounds=box)
+    settings = placement_settings(args, box)
     earlier = () if args.keep_from is None else read_cameras(args.keep_from)
     placement = place_cameras(geometry, views, settings, progress, earlier=earlier)
     with write_errors(args.out.parent, "choose another folder"):
         args.out.parent.mkdir(parents=True, exist_ok=True)
     write_cameras(args.out, placement.cameras)
-    return {"cameras": len(placement.cameras), **placement.report()}
+    shot = [view.name for view in views]
+    return {"cameras": len(placement.cameras), "shot": shot, **placement.report()}

@@ -11,8 +11,6 @@ import bpy
 from ..errors import InputError
 
 SUFFIX = ".relume"
-# Place's result, read by Bake, kept beside what it was baked into.
-PLACEMENT_NAME = "cameras.json"
 
 _EXTENSION = Path(__file__).resolve().parent.parent
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ..caching.edited_cameras import PLACEMENT_NAME
 from ..caching.store import MANIFEST_NAME, CacheStore
 from ..errors import InputError
-from .cache_folder import PLACEMENT_NAME, cache_folder
+from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 
 

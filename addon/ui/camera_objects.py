@@ -14,8 +14,8 @@ from typing import Any
 import bpy
 import mathutils
 
+from ..caching.edited_cameras import drawn_resolution
 from ..camplace.camera import CachingCamera
-from ..camplace.settings import RESOLUTIONS
 from ..scene.caching_collection_reader import CACHING_MARK, caching_collection
 
 COLLECTION = "Relume Cameras"
@@ -52,11 +52,6 @@ def remove_cameras(scene: Any) -> None:
     _remove([obj for obj in collection.all_objects if inside.issuperset(obj.users_collection)])
     for inner in inside:
         bpy.data.collections.remove(inner)
-
-
-def drawn_resolution(resolution: int) -> int:
-    """The tier that a camera object shows for a number of texels along a side."""
-    return next((tier for tier in RESOLUTIONS if tier >= resolution), RESOLUTIONS[-1])
 
 
 def _new_collection(scene: Any) -> Any:

@@ -11,15 +11,22 @@ from typing import Any
 import bpy
 import numpy as np
 
+from ..caching.edited_cameras import (
+    PLACEMENT_NAME,
+    edited_cameras,
+    forget_own,
+    number_own,
+    own_numbers,
+)
 from ..camplace.camera import CachingCamera
 from ..camplace.cameras_file import read_cameras, to_json, write_cameras
 from ..errors import InputError
-from ..scene.caching_collection_reader import caching_collection, shot_cameras
+from ..scene.caching_collection_reader import caching_collection, caching_objects, shot_cameras
+from ..scene.shot import describe_shot
 from ..whole_file import write_errors
 from . import job
-from .cache_folder import PLACEMENT_NAME, cache_folder
+from .cache_folder import cache_folder
 from .camera_objects import remove_cameras, show_cameras
-from .edited_cameras import edited_cameras, forget_own, number_own, own_numbers
 
 TIMER_S = 0.2
 
@@ -131,8 +138,17 @@ class _JobOperator:
 def _place_step(scene: Any) -> job.Step:
     settings = scene.relume
     arguments = ["--out", str(cache_folder(scene) / PLACEMENT_NAME)]
-    arguments += ["--primaries", str(settings.primaries)]
-    arguments += ["--secondaries", str(settings.secondaries)]
+    if settings.budget == "PICTURES":
+        arguments += ["--max-pictures", str(settings.max_pictures)]
+    elif settings.budget == "MEMORY":
+        arguments += ["--max-megabytes", str(settings.max_megabytes)]
+    else:
+        arguments += ["--primaries", str(settings.primaries)]
+        arguments += ["--secondaries", str(settings.secondaries)]
+    # Blender keeps a float32: to its own digits it is what the artist set.
+    arguments += ["--view-share", f"{settings.shot_share:.6g}"]
+    if settings.shot == "ACTIVE":
+        arguments.append("--active-camera")
     placement = cache_folder(scene) / PLACEMENT_NAME
     if settings.keep_cameras and placement.exists():
         arguments += ["--keep-from", str(placement)]
@@ -162,14 +178,15 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
     bl_idname = "relume.place"
     bl_label = "Place"
     bl_description = (
-        "Find new places for the caching cameras, by the numbers above, and show them in the scene"
+        "Find places for the caching cameras, within the budget, and show them in the scene. The "
+        "message says how much they see of what the shot's views see, and views moved by up to a "
+        "tenth of their viewing distance"
     )
     bl_options = {"REGISTER", "UNDO"}
 
     def start(self, scene: Any) -> job.Job:
         placement = cache_folder(scene) / PLACEMENT_NAME
-        collection = caching_collection(scene)
-        if collection is not None and any(o.type == "CAMERA" for o in collection.all_objects):
+        if caching_objects(scene):
             # What the artist did is where the new placement starts from.
             _write_edits(scene, placement)
         self._before = read_cameras(placement) if placement.exists() else ()
@@ -181,11 +198,13 @@ class RELUME_OT_place(_JobOperator, bpy.types.Operator):
         self._show(scene, cameras)
         result = self._job.result
         message = f"Placed {len(cameras)} caching cameras"
+        if result.get("shot"):
+            message += f" for {describe_shot(result['shot'])}"
         if result.get("kept"):
             message += f", {result['kept']} of them kept"
         seen = result.get("seen", {}).get("by_view", float("nan"))
         if not np.isnan(seen):
-            message += f"; they see {100.0 * seen:.1f} % of what the scene's cameras see"
+            message += f"; they see {100.0 * seen:.1f} % of what these, and views near them, see"
         return message
 
     def _show(self, scene: Any, cameras: Sequence[CachingCamera]) -> None:

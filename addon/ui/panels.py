@@ -15,6 +15,12 @@ from .cache_state import CacheState, read_cache_state
 from .engine import ENGINE
 from .operators import camera_layer
 
+# The fields that count for each kind of budget.
+BUDGET_FIELDS = {
+    "CAMERAS": ("primaries", "secondaries"),
+    "PICTURES": ("max_pictures",),
+    "MEMORY": ("max_megabytes",),
+}
 # A longer list would push everything else out of the panel.
 MOST_LINES = 8
 # Mean width of a letter in Blender's interface font at a scale of 1, in pixels.
@@ -49,12 +55,9 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
         column = layout.column()
         column.prop(settings, "cache_folder", placeholder=f"//<name>{SUFFIX}")
         column.prop(settings, "preset")
-        column = layout.column(align=True)
-        column.prop(settings, "primaries")
-        column.prop(settings, "secondaries", text="Secondary")
-        column = layout.column()
+        column.prop(settings, "shot")
         column.prop(settings, "box_object", icon="MESH_CUBE")
-        column.prop(settings, "keep_cameras")
+        _draw_budget(layout, settings)
 
         running = job.current()
         if running is not None:
@@ -72,6 +75,19 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
         room = context.region.width / scale - MARGIN
         characters = max(MOST_NARROW, int(room / CHARACTER_WIDTH))
         draw_state(layout, read_cache_state(context.scene), characters)
+
+
+def _draw_budget(layout: Any, settings: Any) -> None:
+    """The budget's fields that count, and, folded in, what is seldom changed."""
+    column = layout.column(align=True)
+    column.prop(settings, "budget")
+    for name in BUDGET_FIELDS[settings.budget]:
+        column.prop(settings, name)
+    header, body = layout.panel("RELUME_PT_cache_advanced", default_closed=True)
+    header.label(text="Advanced")
+    if body is not None:
+        body.prop(settings, "shot_share", slider=True)
+        body.prop(settings, "keep_cameras")
 
 
 def _draw_cameras(layout: Any, context: Any) -> None:

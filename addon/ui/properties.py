@@ -6,12 +6,47 @@ from __future__ import annotations
 import bpy
 
 from ..caching.presets import DEFAULT_PRESET, PRESETS
-from ..camplace.settings import RESOLUTIONS
+from ..camplace.settings import RESOLUTIONS, PlacementSettings
 from ..sampling import PICTURE_SAMPLES
 from ..scene.box_reader import BOX_TYPES
 
 # Blender keeps no strings of its own for an enumeration's items: they must outlive it here.
 _PRESET_ITEMS = tuple((name, name.capitalize(), fine.note) for name, fine in PRESETS.items())
+_SHOT_ITEMS = (
+    (
+        "ALL",
+        "All Cameras",
+        (
+            "Every camera of the scene where it is now, and the active one along its way "
+            "through the frame range"
+        ),
+    ),
+    (
+        "ACTIVE",
+        "Active Camera",
+        (
+            "The active camera along its way through the frame range. Where timeline markers bind "
+            "cameras: each over the frames in which it is active"
+        ),
+    ),
+)
+_BUDGET_ITEMS = (
+    ("CAMERAS", "Numbers of Cameras", "So many cube cameras and so many single ones"),
+    (
+        "PICTURES",
+        "Pictures",
+        (
+            "So many pictures, faces of cube cameras or single ones, whichever see more. Few of "
+            "them make a relight fast"
+        ),
+    ),
+    (
+        "MEMORY",
+        "Memory",
+        "As many pictures, large or small, as take so much memory, whichever show more",
+    ),
+)
+_DEFAULT = PlacementSettings()
 _RESOLUTION_ITEMS = tuple((str(tier), f"{tier} x {tier}", "") for tier in RESOLUTIONS)
 
 
@@ -51,20 +86,61 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             items=_PRESET_ITEMS,
             default=DEFAULT_PRESET,
         ),
+        "shot": bpy.props.EnumProperty(
+            name="Shot",
+            description="Whose views caching cameras are placed for. What is baked serves every "
+            "camera; a view that nothing was placed for may have more holes",
+            items=_SHOT_ITEMS,
+            default="ALL",
+        ),
+        "budget": bpy.props.EnumProperty(
+            name="Budget",
+            description="What bounds how many caching cameras Place puts. It is kept exactly; "
+            "Place puts fewer where more would add nearly nothing",
+            items=_BUDGET_ITEMS,
+            default="CAMERAS",
+        ),
         "primaries": bpy.props.IntProperty(
             name="Primary Cameras",
             description="Most cube cameras, six pictures each, at the centres of the largest "
             "empty spheres. More of them cover scenes of several rooms",
-            default=1,
+            default=_DEFAULT.primaries,
             min=0,
             soft_max=8,
         ),
         "secondaries": bpy.props.IntProperty(
             name="Secondary Cameras",
             description="Most single cameras, put where they see what the cube cameras miss",
-            default=8,
+            default=_DEFAULT.secondaries,
             min=0,
             soft_max=64,
+        ),
+        "max_pictures": bpy.props.IntProperty(
+            name="Pictures",
+            description="Most pictures to bake. A cube camera takes one for each face that sees "
+            "something, six at most",
+            default=6 * _DEFAULT.primaries + _DEFAULT.secondaries,
+            min=1,
+            soft_max=128,
+        ),
+        "max_megabytes": bpy.props.IntProperty(
+            name="Megabytes",
+            description="Most memory that the pictures may take when a preset does not make them "
+            f"smaller: {_DEFAULT.bytes_per_texel:g} bytes a texel, which is all channels. Simple "
+            "materials need fewer, and the files are compressed",
+            default=500,
+            min=4,
+            soft_max=8000,
+        ),
+        "shot_share": bpy.props.FloatProperty(
+            name="Shot Share",
+            description="How much the surfaces that the shot sees count when cameras are placed, "
+            "against all other surfaces of the set. 1: only what the shot sees, sharply. Less: "
+            "more of the set is baked, for views that are yet to be found",
+            default=_DEFAULT.view_share,
+            min=0.0,
+            max=1.0,
+            subtype="FACTOR",
         ),
         "box_object": bpy.props.PointerProperty(
             name="Box of Interest",

@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.caching.edited_cameras import edited_cameras
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import to_json
 from addon.errors import InputError
@@ -17,7 +18,6 @@ from addon.scene.caching_collection_reader import shot_cameras
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.shot_reader import read_shot
 from addon.ui.camera_objects import remove_cameras, show_cameras
-from addon.ui.edited_cameras import edited_cameras
 
 
 def rotation(seed: int) -> np.ndarray:

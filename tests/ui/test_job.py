@@ -15,12 +15,12 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.caching.edited_cameras import PLACEMENT_NAME
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.errors import InputError
 from addon.ui import job
-from addon.ui.cache_folder import PLACEMENT_NAME
 from addon.ui.camera_objects import show_cameras
 
 

@@ -7,6 +7,7 @@ import argparse
 from typing import Any
 
 from addon.bake_arguments import add_bake_arguments
+from addon.place_arguments import shot_choice
 from addon.progress import Progress, part_of
 from addon.writable import require_folder
 
@@ -42,8 +43,18 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     arrays = read_scene(scene)
     settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite)
     step = part_of(progress, 0.05, 1.0)
-    report = Baking(scene, arrays.geometry, args.cache, settings).run(cameras, step)
-    warnings = [*arrays.warnings, *report.approximations]
+    said: list[str] = []
+    baking = Baking(
+        scene,
+        arrays.geometry,
+        args.cache,
+        settings,
+        shot=shot_choice(args),
+        anew=args.place_anew,
+        say=said.append,
+    )
+    report = baking.run(cameras, step)
+    warnings = [*arrays.warnings, *said, *report.approximations]
     return {"cache": str(args.cache), **report.to_json(), "warnings": warnings}
 
 

@@ -7,6 +7,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from addon.argument_types import names, positive
 from addon.bake_arguments import add_preset
 from addon.progress import Progress, part_of
 from addon.writable import require_folder
@@ -31,14 +32,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--cache", type=Path, metavar="DIR", help="default: cache in --out")
     parser.add_argument("--out", type=Path, metavar="DIR", required=True)
     parser.add_argument(
-        "--cameras", type=arguments.names, metavar="A,B", help="default: all of the scene's cameras"
+        "--cameras", type=names, metavar="A,B", help="default: all of the scene's cameras"
     )
     parser.add_argument(
         "--lights", type=Path, metavar="EDITS.json", help="changes to the lights, by their names"
     )
     arguments.add_view(parser)
     parser.add_argument(
-        "--reference-samples", type=arguments.positive, default=REFERENCE_SAMPLES, metavar="N",
+        "--reference-samples", type=positive, default=REFERENCE_SAMPLES, metavar="N",
         help="Cycles' samples of each pixel and light (default: %(default)s); they are doubled "
         "while the reference's noise is too high for the error, "
         f"at most to {2**DOUBLINGS} times as many",
@@ -70,15 +71,19 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     scene = open_scene(args.scene)
     if args.frame is not None:
         scene.frame_set(args.frame)
-    names = args.cameras or camera_names(scene)
+    wanted = args.cameras or camera_names(scene)
     cache = args.cache or args.out / "cache"
     with applied_edits(scene, edits):
         arrays = read_scene(scene)
-        shown = read_views(scene, names, args.size)
+        shown = read_views(scene, wanted, args.size)
     require_light(scene, arrays)
-    preset = args.preset or cached_preset(cache) or DEFAULT_PRESET
-    settings = BakeSettings(preset=preset, resume=True)
-    baking = Baking(scene, arrays.geometry, cache, settings)
+    cached = cached_preset(cache)
+    settings = BakeSettings(preset=args.preset or cached or DEFAULT_PRESET, resume=True)
+    # A cache is evaluated as it was baked, whatever cameras the scene shows by now.
+    said: list[str] = []
+    baking = Baking(
+        scene, arrays.geometry, cache, settings, anew=cached is not None, say=said.append
+    )
     baked = baking.run((), part_of(progress, 0.02, 0.4))
     folders = folder_names([view.name for view in shown], taken=("cache",))
     with applied_edits(scene, edits):
@@ -106,7 +111,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "cache": str(cache),
         "triangles": len(arrays.geometry),
         "bake": baked.to_json(),
-        "warnings": [*arrays.warnings, *baked.approximations],
+        "warnings": [*arrays.warnings, *said, *baked.approximations],
         "views": [view.report for view in views],
         "contact_sheet": str(sheet),
     }

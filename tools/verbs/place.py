@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.errors import InputError
+from addon.place_arguments import add_place_arguments, placement_settings, shot_choice
 from addon.progress import Progress, part_of
+from addon.scene.shot import describe_shot
 from addon.writable import require_file
 
 from . import arguments
@@ -29,25 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--weights", type=Path, metavar="WEIGHTS.json",
         help="how much objects and materials matter, 0 to 1, by their names",
     )  # fmt: skip
-    interest = parser.add_mutually_exclusive_group()
-    interest.add_argument(
-        "--box", type=arguments.box, metavar="X,Y,Z,X,Y,Z",
-        help="lowest and highest corner of what is of interest (default: from the views)",
-    )  # fmt: skip
-    interest.add_argument(
-        "--box-object", metavar="NAME",
-        help="an object of the scene, an empty or a mesh, that bounds what is of interest",
-    )  # fmt: skip
-    parser.add_argument(
-        "--keep-from", type=Path, metavar="CAMERAS.json",
-        help="cameras of an earlier placement; those that still serve are kept",
-    )  # fmt: skip
-    arguments.add_placement(parser)
+    add_place_arguments(parser)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Place, and write what was asked for."""
     _check_places(args.out, args.show)
+    settings = placement_settings(args, args.box)
 
     from ..scene_file import load_blender, open_scene
 
@@ -65,8 +56,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     scene = open_scene(args.scene)
     progress(0.05, "reading the scene")
     geometry = with_weights(read_scene(scene).geometry, weights)
-    views = read_shot(scene)
-    settings = arguments.placement_settings(args, bounds=_box(args, scene))
+    views = read_shot(scene, shot_choice(args))
+    settings = replace(settings, bounds=_box(args, scene))
     placement = place_cameras(
         geometry, views, settings, part_of(progress, 0.1, 0.9), earlier=earlier
     )
@@ -85,6 +76,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "cameras": [camera.to_json() for camera in placement.cameras],
         "primaries": len({c.source for c in placement.cameras if c.kind == "CUBE_FACE"}),
         "secondaries": sum(c.kind == "PERSPECTIVE" for c in placement.cameras),
+        "shot": [view.name for view in views],
         "box": np.asarray(placement.box).tolist(),
         **placement.report(),
         "written": written,
@@ -115,13 +107,15 @@ def _check_places(out: Path | None, show: Path | None) -> None:
 def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
     summary = (
-        f"{len(report['cameras'])} caching cameras: {report['primaries']} primary (six faces each "
-        f"at most), {report['secondaries']} secondary"
+        f"{len(report['cameras'])} caching cameras for {describe_shot(report['shot'])}: "
+        f"{report['primaries']} primary (six faces each at most), {report['secondaries']} "
+        f"secondary, {report['texels'] / 1e6:.1f} million texels"
     )
     if report["kept"]:
         summary += f"; {report['kept']} kept from before"
     lines = [summary]
-    for key, what in (("by_view", "what the views see"), ("by_area", "the surface in the box")):
+    moved = "what the views, and views moved by up to a tenth of their distance, see"
+    for key, what in (("by_view", moved), ("by_area", "the surface in the box")):
         seen, well = report["seen"][key], report["well_seen"][key]
         if not np.isnan(seen):
             lines.append(f"of {what}: {100.0 * seen:.1f} % seen, {100.0 * well:.1f} % well")

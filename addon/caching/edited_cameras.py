@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Reads caching cameras back from the scene, with what the artist did to them."""
+"""Reads caching cameras back from the scene, with what the artist did to them.
+
+Also where the extension's properties are not registered, as on the command line.
+"""
 
 from __future__ import annotations
 
@@ -10,20 +13,27 @@ import numpy as np
 
 from ..camplace.aim import WIDEST
 from ..camplace.camera import CachingCamera
+from ..camplace.settings import RESOLUTIONS
 from ..errors import InputError
 from ..scene.caching_collection_reader import CACHING_MARK, caching_collection
 from ..scene.object_matrix_reader import world_from_object
 from ..scene.view_reader import rigid
-from .camera_objects import drawn_resolution
+
+# Place's result, read by Bake, kept beside what it was baked into.
+PLACEMENT_NAME = "cameras.json"
 
 # Blender holds float32 values, and makes a transform of several of them: a few roundings of 6e-8
 # for a place, and some more for a rotation, which goes through angles. No artist changes so little.
 SAME_PLACE = 5e-7
 SAME_VALUE = 1e-5
 
-
 # Custom property of a camera that the artist put into the collection: its number in the cache.
 OWN_MARK = "relume_own_camera"
+
+
+def drawn_resolution(resolution: int) -> int:
+    """The tier that a camera object shows for a number of texels along a side."""
+    return next((tier for tier in RESOLUTIONS if tier >= resolution), RESOLUTIONS[-1])
 
 
 def number_own(collection: Any, placed: Sequence[CachingCamera]) -> None:
@@ -47,7 +57,10 @@ def forget_own(collection: Any, numbers: Collection[int]) -> None:
 
 
 def edited_cameras(
-    depsgraph: Any, scene: Any, placed: Sequence[CachingCamera]
+    depsgraph: Any,
+    scene: Any,
+    placed: Sequence[CachingCamera],
+    largest: int = RESOLUTIONS[-1],
 ) -> tuple[CachingCamera, ...] | None:
     """The cameras in the scene's collection by their numbers; None without a collection.
 
@@ -57,7 +70,8 @@ def edited_cameras(
     Args:
         depsgraph: the scene's evaluated one.
         scene: a `bpy.types.Scene`.
-        placed: what `show_cameras` was given last; may be empty.
+        placed: what was shown in the collection last, or is baked of that; may be empty.
+        largest: resolutions count as the same that are the same up to here.
 
     Raises:
         InputError: the collection holds no camera, or one that cannot be baked.
@@ -72,8 +86,10 @@ def edited_cameras(
         )
     placed_by_id = {camera.id: camera for camera in placed}
     return tuple(
-        _read(depsgraph, scene, numbered[number], number, placed_by_id.get(number))
-        for number in sorted(numbered)
+        _read(
+            depsgraph, scene, obj, number=number, placed=placed_by_id.get(number), largest=largest
+        )
+        for number, obj in sorted(numbered.items())
     )
 
 
@@ -94,7 +110,13 @@ def _numbered(collection: Any, placed: Sequence[CachingCamera]) -> dict[int, Any
 
 
 def _read(
-    depsgraph: Any, scene: Any, obj: Any, number: int, placed: CachingCamera | None
+    depsgraph: Any,
+    scene: Any,
+    obj: Any,
+    *,
+    number: int,
+    placed: CachingCamera | None,
+    largest: int,
 ) -> CachingCamera:
     data = obj.data
     if data.type != "PERSP":
@@ -113,11 +135,21 @@ def _read(
         fov=_fov(depsgraph, scene, obj),
         near=float(data.clip_start),
         far=float(data.clip_end),
-        resolution=int(data.relume.resolution),
+        resolution=_resolution(data),
         kind="PERSPECTIVE" if placed is None else placed.kind,
         source=number if placed is None else placed.source,
     )
-    return placed if placed is not None and _untouched(read, placed) else read
+    return placed if placed is not None and _untouched(read, placed, largest) else read
+
+
+def _resolution(data: Any) -> int:
+    """The tier of `bpy.types.Camera.relume`; Blender keeps an enumeration's number in the file."""
+    if hasattr(data, "relume"):
+        return int(data.relume.resolution)
+    kept = data.bl_system_properties_get()
+    group = None if kept is None else kept.get("relume")
+    number = None if group is None else group.get("resolution")
+    return RESOLUTIONS[-1] if number is None else RESOLUTIONS[number]
 
 
 def _fov(depsgraph: Any, scene: Any, obj: Any) -> float:
@@ -139,7 +171,7 @@ def _fov(depsgraph: Any, scene: Any, obj: Any) -> float:
     return min(fov, float(WIDEST))
 
 
-def _untouched(read: CachingCamera, placed: CachingCamera) -> bool:
+def _untouched(read: CachingCamera, placed: CachingCamera, largest: int) -> bool:
     """Whether Blender's float32 values are those of the placed camera."""
     moved = float(np.abs(read.origin - placed.origin).max())
     turned = float(np.abs(read.world_from_camera - placed.world_from_camera)[:3, :3].max())
@@ -148,5 +180,5 @@ def _untouched(read: CachingCamera, placed: CachingCamera) -> bool:
         moved <= SAME_PLACE * max(placed.far, float(np.abs(placed.origin).max()))
         and turned <= SAME_VALUE
         and np.allclose(now, then, rtol=SAME_VALUE, atol=0.0)
-        and read.resolution == drawn_resolution(placed.resolution)
+        and min(read.resolution, largest) == min(drawn_resolution(placed.resolution), largest)
     )

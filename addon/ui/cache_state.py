@@ -11,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from ..caching.edited_cameras import PLACEMENT_NAME
+from ..caching.presets import PRESETS
 from ..caching.store import MANIFEST_NAME, CacheStore
+from ..camplace.camera import CachingCamera
+from ..camplace.settings import RESOLUTIONS
 from ..errors import InputError
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
@@ -26,12 +29,16 @@ class CacheState:
         icon: Blender's icon for it.
         details: more lines.
         approximations: one for each material that is not cached as Cycles shows it.
+        cameras: the cache's, finished or not.
+        largest: the highest resolution that they may have, texels along a side.
     """
 
     summary: str
     icon: str
     details: tuple[str, ...] = ()
     approximations: tuple[str, ...] = ()
+    cameras: tuple[CachingCamera, ...] = ()
+    largest: int = RESOLUTIONS[-1]
 
 
 _last: tuple[tuple[Path, int, bool], CacheState] | None = None
@@ -71,6 +78,14 @@ def read_cache_state(scene: Any) -> CacheState:
     return state
 
 
+def with_changes(state: CacheState, sentence: str) -> CacheState:
+    """The same state, with what became of the scene's caching cameras since; "" for nothing."""
+    if not sentence:
+        return state
+    told = state.details if state.icon == "ERROR" else ()
+    return replace(state, icon="ERROR", details=(*told, sentence))
+
+
 def _read(folder: Path, placed: bool) -> CacheState:
     if not (folder / MANIFEST_NAME).exists():
         text = "Cameras are placed; not baked yet" if placed else "Nothing is baked yet"
@@ -81,6 +96,7 @@ def _read(folder: Path, placed: bool) -> CacheState:
         return CacheState(str(error), "ERROR")
     manifest = store.manifest
     baked, wanted = len(manifest.finished), len(manifest.cameras)
+    preset = manifest.settings.get("preset")
     size = sum(record.size for record in manifest.finished.values())
     size += manifest.world.size if manifest.world is not None else 0
     if baked < wanted:
@@ -91,4 +107,6 @@ def _read(folder: Path, placed: bool) -> CacheState:
         f"{summary} ({size / 2**20:.1f} MB)",
         icon,
         approximations=tuple(str(item) for item in store.plan.approximations),
+        cameras=manifest.cameras,
+        largest=PRESETS[preset].max_resolution if preset in PRESETS else RESOLUTIONS[-1],
     )

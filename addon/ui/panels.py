@@ -11,7 +11,8 @@ import bpy
 from ..scene.caching_collection_reader import caching_collection
 from . import job
 from .cache_folder import SUFFIX
-from .cache_state import CacheState, read_cache_state
+from .cache_state import CacheState, read_cache_state, with_changes
+from .camera_changes import camera_changes
 from .engine import ENGINE
 from .operators import camera_layer
 
@@ -74,7 +75,12 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
         scale = context.preferences.system.ui_scale
         room = context.region.width / scale - MARGIN
         characters = max(MOST_NARROW, int(room / CHARACTER_WIDTH))
-        draw_state(layout, read_cache_state(context.scene), characters)
+        state = read_cache_state(context.scene)
+        graph = context.view_layer.depsgraph
+        if graph is not None:
+            changes = camera_changes(graph, context.scene, state.cameras, state.largest)
+            state = with_changes(state, changes)
+        draw_state(layout, state, characters)
 
 
 def _draw_budget(layout: Any, settings: Any) -> None:

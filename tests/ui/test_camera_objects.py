@@ -17,6 +17,7 @@ from addon.errors import InputError
 from addon.scene.caching_collection_reader import shot_cameras
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.shot_reader import read_shot
+from addon.ui.camera_changes import camera_changes
 from addon.ui.camera_objects import remove_cameras, show_cameras
 
 
@@ -190,6 +191,43 @@ def test_excluded_from_the_view_layer_they_still_stand_there(
 def test_without_a_collection_there_is_nothing_to_read(extension: None) -> None:
     depsgraph = bpy.context.evaluated_depsgraph_get()
     assert edited_cameras(depsgraph, bpy.context.scene, PLACED) is None
+
+
+def changes(largest: int = 2048, baked: tuple[CachingCamera, ...] = PLACED) -> str:
+    bpy.context.view_layer.update()
+    return camera_changes(bpy.context.view_layer.depsgraph, bpy.context.scene, baked, largest)
+
+
+def test_what_differs_from_the_bake_is_said(extension: None) -> None:
+    assert changes() == ""  # nothing is shown
+    collection = show()
+    assert changes() == ""
+    objects(collection)[2].location.x += 0.001
+    assert changes() == "1 of 4 caching cameras changed since the bake: Bake again"
+    objects(collection)[2].location.x = PLACED[2].origin[0]
+    assert changes() == ""
+    bpy.data.objects["Relume Cube 0"].location.x += 0.1
+    objects(collection)[3].data.angle = 1.0
+    assert changes() == "3 of 4 caching cameras changed since the bake: Bake again"
+    bpy.data.objects.remove(objects(collection)[3])
+    assert changes() == "2 of 3 caching cameras changed and 1 deleted since the bake: Bake again"
+    bpy.data.objects["Relume Cube 0"].location.x = PLACED[0].origin[0]
+    assert changes() == "1 caching camera deleted since the bake: Bake again"
+    own = bpy.data.objects.new("Own", bpy.data.cameras.new("Own"))
+    collection.objects.link(own)
+    assert changes().startswith("1 of 4 caching cameras changed and 1 deleted")
+    own.data.type = "ORTHO"
+    assert "'Own' is ortho" in changes()
+    assert changes(baked=()) == ""  # nothing is baked
+
+
+def test_a_presets_smaller_pictures_are_no_change(extension: None) -> None:
+    collection = show()
+    baked = tuple(replace(camera, resolution=256) for camera in PLACED)
+    assert changes(256, baked) == ""
+    assert changes(512, baked).startswith("4 of 4")
+    objects(collection)[0].data.relume.resolution = "2048"
+    assert changes(256, baked) == ""
 
 
 @pytest.mark.parametrize("fault", ["ORTHO", "wide", "clips", "empty"])

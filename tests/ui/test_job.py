@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import argparse
 import errno
 import json
 import os
@@ -19,7 +20,10 @@ from addon.caching.edited_cameras import PLACEMENT_NAME
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
+from addon.camplace.settings import PlacementSettings
 from addon.errors import InputError
+from addon.place_arguments import add_place_arguments, placement_settings, shot_choice
+from addon.scene.shot import ALL_CAMERAS, ShotChoice
 from addon.ui import job
 from addon.ui.camera_objects import show_cameras
 
@@ -314,3 +318,52 @@ def test_placing_for_a_box_of_interest(
     ((verb, words),) = started
     assert verb == "place"
     assert words[words.index("--box-object") + 1] == "Cube"
+
+
+@pytest.mark.parametrize(
+    ("budget", "wanted"),
+    [
+        ("CAMERAS", PlacementSettings(primaries=2, secondaries=3, view_share=0.3)),
+        ("PICTURES", PlacementSettings(cameras=5, view_share=0.3)),
+        ("MEMORY", PlacementSettings(megabytes=70.0, view_share=0.3)),
+    ],
+)
+def test_the_panels_budget_reaches_the_placement(
+    extension: None,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    budget: str,
+    wanted: PlacementSettings,
+) -> None:
+    settings = bpy.context.scene.relume
+    settings.cache_folder = str(tmp_path)
+    settings.budget = budget
+    settings.primaries, settings.secondaries, settings.shot_share = 2, 3, 0.3
+    settings.max_pictures, settings.max_megabytes = 5, 70
+    for shot, choice in (("ALL", ALL_CAMERAS), ("ACTIVE", ShotChoice(active=True))):
+        settings.shot = shot
+        started: list[Any] = []
+
+        def remember(_blend: Path, steps: Any, into: list[Any] = started) -> list[str]:
+            into.extend(steps)
+            return ["false"]
+
+        monkeypatch.setattr(job, "command", remember)
+        with pytest.raises(RuntimeError):
+            bpy.ops.relume.place()
+        ((_, words),) = started
+        parser = argparse.ArgumentParser()
+        parser.add_argument("--out")
+        add_place_arguments(parser)
+        args = parser.parse_args(words)
+        assert placement_settings(args) == wanted
+        assert shot_choice(args) == choice
+
+
+def test_placing_within_a_budget_for_the_active_camera(extension: None, tmp_path: Path) -> None:
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path / "cache")
+    scene.relume.budget, scene.relume.max_pictures, scene.relume.shot = "PICTURES", 3, "ACTIVE"
+    bpy.ops.mesh.primitive_plane_add(size=20.0, location=(0.0, 0.0, -1.0))
+    assert bpy.ops.relume.place() == {"FINISHED"}
+    assert 0 < len(read_cameras(tmp_path / "cache" / PLACEMENT_NAME)) <= 3

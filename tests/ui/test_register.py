@@ -7,6 +7,7 @@ import bpy
 
 import addon
 from addon.ui.engine import ENGINE
+from addon.ui.panels import BUDGET_FIELDS
 from tools.relume import parser
 
 
@@ -50,9 +51,15 @@ def test_every_setting_explains_itself(extension: None) -> None:
     settings: Any = bpy.context.scene.relume
     names = {"cache_folder", "preset", "primaries", "secondaries"}
     names |= {"viewport_samples", "render_samples"}
+    names |= {"shot", "budget", "max_pictures", "max_megabytes", "shot_share"}
     assert names <= set(settings.bl_rna.properties.keys())
     for name in names:
         assert len(settings.bl_rna.properties[name].description) > 20
+    for name in ("shot", "budget", "preset"):
+        items = settings.bl_rna.properties[name].enum_items
+        assert all(len(item.description) > 10 for item in items)
+    assert set(BUDGET_FIELDS) == set(settings.bl_rna.properties["budget"].enum_items.keys())
+    assert {name for fields in BUDGET_FIELDS.values() for name in fields} <= names
     assert settings.preset == "balanced"
 
 

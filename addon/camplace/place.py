@@ -14,16 +14,18 @@ from ..errors import InputError
 from ..progress import Progress, part_of, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.view import View
-from .aim import clip_distances
+from .aim import clip_distances, needed_resolution
 from .box import inside_box
 from .camera import CachingCamera
 from .choose import Chosen, choose_cameras
 from .coverage import WELL, Seen, joined
 from .frame import LocalFrame
+from .offer import Choice
 from .placement import LeftOut, Placement, Shares
 from .places import VotedPlaces, near_spheres
 from .prepare import Stage, prepare
-from .settings import PlacementSettings
+from .samples import Samples
+from .settings import RESOLUTIONS, PlacementSettings
 from .spheres import Spheres, find_spheres, joined_spheres
 from .surface_distance import sphere_directions
 
@@ -104,11 +106,23 @@ def place_cameras(
         near,
         settings,
         VotedPlaces(stage, settings, rng),
-        earlier=_groups([frame.camera_from_world(camera) for camera in earlier]),
+        earlier=_groups([_as_baked(frame.camera_from_world(c), settings) for c in earlier]),
         progress=part_of(progress, 0.5, 0.95),
     )
     progress(0.95, "Setting the cameras' attributes")
-    return _placement(stage, joined_spheres([spheres, near]), chosen, frame, settings)
+    return _placement(
+        stage,
+        joined_spheres([spheres, near]),
+        chosen,
+        frame=frame,
+        settings=settings,
+        earlier=earlier,
+    )
+
+
+def _as_baked(camera: CachingCamera, settings: PlacementSettings) -> CachingCamera:
+    """The camera as the bake makes it: with no more texels than the settings allow."""
+    return replace(camera, resolution=min(camera.resolution, settings.max_resolution))
 
 
 def _groups(cameras: Sequence[CachingCamera]) -> list[list[CachingCamera]]:
@@ -136,11 +150,14 @@ def _placement(
     stage: Stage,
     spheres: Spheres,
     chosen: Chosen,
+    *,
     frame: LocalFrame,
     settings: PlacementSettings,
+    earlier: Sequence[CachingCamera],
 ) -> Placement:
-    """The chosen cameras with clips, ids and sources, back in the world."""
+    """The chosen cameras with clips, ids, sources and resolutions, back in the world."""
     samples = stage.samples
+    wanted = {camera.id: camera.resolution for camera in earlier}
     worth = np.zeros(len(samples))
     cameras: list[CachingCamera] = []
     seen: list[float] = []
@@ -150,18 +167,22 @@ def _placement(
     free_ids = (number for number in count() if number not in taken)
     secondaries = count()
     for number, group in enumerate(chosen.groups):
-        earlier = number < chosen.kept
+        from_before = number < chosen.kept
         source = group[0].camera.source
         if group[0].camera.kind == "PERSPECTIVE":
             source = next(secondaries)
-        elif earlier:
+        elif from_before:
             # An earlier cube's sphere is not among those found now.
             source = len(spheres)
             spheres = _with_sphere(spheres, group[0].camera.origin, stage)
         for choice in group:
             worth = joined(worth, choice.seen)
-            camera = _with_clips(choice.camera, stage, choice.seen, widen=earlier)
-            camera = replace(camera, id=camera.id if earlier else next(free_ids), source=source)
+            camera = _with_clips(choice.camera, stage, choice.seen, widen=from_before)
+            if from_before:
+                camera = replace(camera, source=source, resolution=wanted[camera.id])
+            else:
+                resolution = _wanted_resolution(choice, samples, settings)
+                camera = replace(camera, id=next(free_ids), source=source, resolution=resolution)
             cameras.append(frame.camera_to_world(camera))
             seen.append(float(samples.weight @ (worth > 0.0)))
             well_seen.append(float(samples.weight @ (worth >= WELL)))
@@ -182,6 +203,17 @@ def _placement(
         left_out=_left_out(stage, worth, chosen),
         kept=len(kept),
     )
+
+
+def _wanted_resolution(choice: Choice, samples: Samples, settings: PlacementSettings) -> int:
+    """What the camera is to have: the tier that it needs, for a finer bake later too.
+
+    Where texels are counted it is what was paid for.
+    """
+    resolution = choice.camera.resolution
+    if settings.texels is not None or settings.megabytes is not None:
+        return resolution
+    return needed_resolution(choice.seen, samples.weight, resolution, RESOLUTIONS[-1])
 
 
 def _with_sphere(spheres: Spheres, centre: NDArray[np.float64], stage: Stage) -> Spheres:

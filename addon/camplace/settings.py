@@ -33,7 +33,9 @@ class PlacementSettings:
             (paper's k).
         least_gain: stop adding cameras when the best one would raise the score by less; the
             score runs from 0 to 1.
-        max_resolution: highest resolution tier, one of RESOLUTIONS.
+        max_resolution: most texels along a picture's side that will be baked, one of
+            RESOLUTIONS. Cameras are judged by what they see then; they ask for as many as they
+            need, for a finer bake later, unless texels are counted.
         bounds: (2, 3) float64, lowest and highest corner of the box of interest, metres, world
             space; None takes it from the views.
         cameras: most pictures; a cube is as many as it has faces that see something, six at

@@ -182,12 +182,27 @@ def test_an_alcove_that_the_primary_misses_gets_a_camera() -> None:
 
 def test_more_of_the_budget_sharpens_what_is_seen() -> None:
     few = place_cameras(room_with_box(), (_room_view(),), replace(SMALL, max_resolution=256))
-    assert all(camera.resolution == 256 for camera in few.cameras)
     one = place_cameras(
         room_with_box(), (_room_view(),), replace(SMALL, max_resolution=256, secondaries=1)
     )
     assert one.seen[-1] > 0.9
     assert few.well_seen[-1] > one.well_seen[-1] + 0.05
+
+
+def test_cameras_ask_for_what_a_finer_bake_can_use() -> None:
+    """A coarse bake is judged as it will be; the cameras still say what they need."""
+    coarse = replace(SMALL, max_resolution=256, secondaries=2)
+    placement = place_cameras(room_with_box(), (_room_view(),), coarse)
+    finest = max(camera.resolution for camera in placement.cameras)
+    assert finest > 256
+    assert placement.shares.view_well < 0.9
+    counted = place_cameras(room_with_box(), (_room_view(),), replace(coarse, texels=9 * 256**2))
+    assert {camera.resolution for camera in counted.cameras} == {256}
+    kept = place_cameras(room_with_box(), (_room_view(),), coarse, earlier=placement.cameras)
+    assert kept.kept > 0
+    before = {camera.id: camera.resolution for camera in placement.cameras}
+    assert all(c.resolution == before[c.id] for c in kept.cameras[: kept.kept])
+    assert kept.shares.view_well == pytest.approx(placement.shares.view_well, abs=0.05)
 
 
 def test_weights_draw_the_cameras() -> None:

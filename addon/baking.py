@@ -83,14 +83,11 @@ class Baking:
         if not caching_objects(self.scene):
             return ()
         placement = self.cache / PLACEMENT_NAME
-        placed: Sequence[CachingCamera] = ()
-        if placement.exists():
-            placed = read_cameras(placement)
-        elif earlier is not None:
-            placed = earlier.manifest.cameras
+        placed = read_cameras(placement) if placement.exists() else ()
+        baked = () if earlier is None else earlier.manifest.cameras
         largest = PRESETS[self.settings.preset].max_resolution
         graph = viewport_depsgraph(self.scene)
-        cameras = edited_cameras(graph, self.scene, placed, largest) or ()
+        cameras = edited_cameras(graph, self.scene, placed, largest, baked) or ()
         name = caching_collection(self.scene).name  # type: ignore[union-attr]
         sentence = (
             f"the {len(cameras)} caching cameras in the scene's collection '{name}' are baked"

@@ -61,6 +61,7 @@ def edited_cameras(
     scene: Any,
     placed: Sequence[CachingCamera],
     largest: int = RESOLUTIONS[-1],
+    baked: Sequence[CachingCamera] = (),
 ) -> tuple[CachingCamera, ...] | None:
     """The cameras in the scene's collection by their numbers; None without a collection.
 
@@ -70,8 +71,10 @@ def edited_cameras(
     Args:
         depsgraph: the scene's evaluated one.
         scene: a `bpy.types.Scene`.
-        placed: what was shown in the collection last, or is baked of that; may be empty.
+        placed: what was shown in the collection last; may be empty.
         largest: resolutions count as the same that are the same up to here.
+        baked: a cache's cameras. One that stands as it is baked is that to the last bit too:
+            what two computers read of one edit may differ in it.
 
     Raises:
         InputError: the collection holds no camera, or one that cannot be baked.
@@ -84,11 +87,9 @@ def edited_cameras(
         raise InputError(
             f"the collection '{collection.name}' holds no camera; place again, or delete it"
         )
-    placed_by_id = {camera.id: camera for camera in placed}
+    known = {number: [c for c in (*placed, *baked) if c.id == number] for number in numbered}
     return tuple(
-        _read(
-            depsgraph, scene, obj, number=number, placed=placed_by_id.get(number), largest=largest
-        )
+        _read(depsgraph, scene, obj, number=number, known=known[number], largest=largest)
         for number, obj in sorted(numbered.items())
     )
 
@@ -115,7 +116,7 @@ def _read(
     obj: Any,
     *,
     number: int,
-    placed: CachingCamera | None,
+    known: Sequence[CachingCamera],
     largest: int,
 ) -> CachingCamera:
     data = obj.data
@@ -136,10 +137,10 @@ def _read(
         near=float(data.clip_start),
         far=float(data.clip_end),
         resolution=_resolution(data),
-        kind="PERSPECTIVE" if placed is None else placed.kind,
-        source=number if placed is None else placed.source,
+        kind=known[0].kind if known else "PERSPECTIVE",
+        source=known[0].source if known else number,
     )
-    return placed if placed is not None and _untouched(read, placed, largest) else read
+    return next((camera for camera in known if _untouched(read, camera, largest)), read)
 
 
 def _resolution(data: Any) -> int:

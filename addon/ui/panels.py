@@ -16,11 +16,11 @@ from .camera_changes import camera_changes
 from .engine import ENGINE
 from .operators import camera_layer
 
-# The fields that count for each kind of budget.
+# The fields that count for each kind of budget, and what they are called beside it.
 BUDGET_FIELDS = {
-    "CAMERAS": ("primaries", "secondaries"),
-    "PICTURES": ("max_pictures",),
-    "MEMORY": ("max_megabytes",),
+    "CAMERAS": {"primaries": "Primary", "secondaries": "Secondary"},
+    "PICTURES": {"max_pictures": "Pictures"},
+    "MEMORY": {"max_megabytes": "Megabytes"},
 }
 # A longer list would push everything else out of the panel.
 MOST_LINES = 8
@@ -87,8 +87,8 @@ def _draw_budget(layout: Any, settings: Any) -> None:
     """The budget's fields that count, and, folded in, what is seldom changed."""
     column = layout.column(align=True)
     column.prop(settings, "budget")
-    for name in BUDGET_FIELDS[settings.budget]:
-        column.prop(settings, name)
+    for name, text in BUDGET_FIELDS[settings.budget].items():
+        column.prop(settings, name, text=text)
     header, body = layout.panel("RELUME_PT_cache_advanced", default_closed=True)
     header.label(text="Advanced")
     if body is not None:

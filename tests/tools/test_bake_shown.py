@@ -72,11 +72,35 @@ def test_they_are_baked_as_they_were_edited(shown: Path, tmp_path: Path, relume_
     assert (second.id, second.resolution) == (1, 512)
     np.testing.assert_allclose(second.world_from_camera, PLACED[1].world_from_camera, atol=1e-6)
     # Gone on with, everything is current; also where the placement's file has been lost.
-    assert json.loads(relume_here(*words, "--resume").stdout)["kept"] == 2
+    _nudge(cache)
     before = cached(cache)
+    assert json.loads(relume_here(*words, "--resume").stdout)["kept"] == 2
     (cache / PLACEMENT_NAME).unlink()
     assert json.loads(relume_here(*words, "--resume").stdout)["kept"] == 2
     assert cached(cache) == before
+
+
+def _nudge(cache: Path) -> None:
+    """As another computer may have read the edited camera: other last bits."""
+    manifest = json.loads((cache / "manifest.json").read_text())
+    turned = manifest["cameras"][1]["world_from_camera"]
+    turned[0][0] = float(np.nextafter(turned[0][0], 0.0))
+    (cache / "manifest.json").write_text(json.dumps(manifest))
+
+
+def test_an_artists_own_camera_keeps_its_number(
+    shown: Path, tmp_path: Path, relume_here: Run
+) -> None:
+    """The file that is baked from is not saved, so that the number is found anew each time."""
+    own = bpy.data.objects.new("Own", bpy.data.cameras.new("Own"))
+    own.location.z = 2.5
+    bpy.data.collections["Relume Cameras"].objects.link(own)
+    bpy.ops.wm.save_as_mainfile(filepath=str(shown))
+    words = ("bake", shown, "--cache", tmp_path / "c", "--preset", "draft", "--json")
+    assert json.loads(relume_here(*words).stdout)["baked"] == 3
+    before = cached(tmp_path / "c")
+    assert json.loads(relume_here(*words, "--resume").stdout)["kept"] == 3
+    assert cached(tmp_path / "c") == before
 
 
 def test_what_the_panel_baked_is_kept(shown: Path, tmp_path: Path, relume_here: Run) -> None:

@@ -34,8 +34,10 @@ def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
         "--resume", action="store_true", help="keep what an earlier bake has finished"
     )
     parser.add_argument(
-        "--overwrite", action="store_true", help="replace another scene's cache in the folder"
-    )
+        "--overwrite", action="store_true",
+        help="replace another scene's cache in the folder; with --resume, also one of other "
+        "cameras, of which those that are the same are kept",
+    )  # fmt: skip
 
 
 def add_cache(parser: argparse.ArgumentParser) -> None:

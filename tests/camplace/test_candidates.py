@@ -72,6 +72,12 @@ def test_the_best_of_all_is_found_each_time(stage: Stage, monkeypatch: pytest.Mo
         np.testing.assert_array_equal(best.origin, places[int(np.argmax(gains))])
         worth = _seen(stage, worth, best)
     assert len(asked) < 0.7 * rounds * len(places)
+    # Now that all gains are known, nothing but the best is asked once more.
+    last = pool.best(worth)
+    assert last is not None
+    asked.clear()
+    pool.best(worth)
+    assert len(asked) == 1
 
 
 def test_after_cameras_were_taken_away_all_are_asked_again(stage: Stage) -> None:

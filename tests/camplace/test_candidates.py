@@ -86,7 +86,11 @@ def test_after_cameras_were_taken_away_all_are_asked_again(stage: Stage) -> None
     nothing = np.zeros(len(stage.samples))
     first = pool.best(nothing)
     assert first is not None
-    pool.best(np.ones(len(stage.samples)) - 1e-3)
+    seen_from_there = nothing.copy()
+    seen_from_there[Sights(stage).of(first.origin)] = 1.0
+    elsewhere = pool.best(seen_from_there)
+    assert elsewhere is not None
+    assert not np.array_equal(elsewhere.origin, first.origin)
     pool.forget()
     again = pool.best(nothing)
     assert again is not None

@@ -44,10 +44,11 @@ class Budget:
     def share(self, cameras: int, texels: int) -> float:
         """What they cost: the larger of their shares of what is left; at least 0.
 
-        Without a limit each picture costs the same, so that dearer choices still come later.
+        Without a limit all costs the same: the numbers of cubes and of perspective cameras are
+        given then, and each is to gain as much as it can.
         """
         if not self.limited:
-            return float(cameras)
+            return 1.0
         shares = []
         if self.cameras is not None:
             shares.append(cameras / max(self.cameras, 1))

@@ -74,9 +74,9 @@ def _active(scene: Any, whole: Frames) -> list[tuple[Any, bool, Frames]]:
     if scene.camera in cameras and not any(now for _, now, _ in found):
         found.insert(0, (scene.camera, True, _NONE if bound else whole))
     if not found:
-        what = "none" if scene.camera is None else f"'{scene.camera.name}', a caching camera"
+        name = "none" if scene.camera is None else f"'{scene.camera.name}', none of the shot's"
         raise InputError(
-            f"the active camera of scene '{scene.name}' is {what}; make one of these active: "
+            f"the active camera of scene '{scene.name}' is {name}; make one of these active: "
             + ", ".join(camera.name for camera in cameras)
         )
     return found

@@ -8,9 +8,10 @@ from pathlib import Path
 from ..caching.store import MANIFEST_NAME
 
 
-def cache_stamp(folder: Path) -> int:
-    """A number that changes with the cache's manifest, which is written last; 0 without one."""
+def cache_stamp(folder: Path, name: str = MANIFEST_NAME) -> int:
+    """A number that changes with a file of the cache, or with its manifest, which is written last;
+    0 without one."""
     try:
-        return (folder / MANIFEST_NAME).stat().st_mtime_ns
+        return (folder / name).stat().st_mtime_ns
     except OSError:
         return 0

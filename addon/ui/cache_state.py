@@ -14,6 +14,7 @@ from ..caching.edited_cameras import PLACEMENT_NAME
 from ..caching.presets import PRESETS
 from ..caching.store import MANIFEST_NAME, CacheStore
 from ..camplace.camera import CachingCamera
+from ..camplace.cameras_file import read_cameras
 from ..camplace.settings import RESOLUTIONS
 from ..errors import InputError
 from .cache_folder import cache_folder
@@ -29,6 +30,7 @@ class CacheState:
         icon: Blender's icon for it.
         details: more lines.
         approximations: one for each material that is not cached as Cycles shows it.
+        placed: what was placed last.
         cameras: the cache's, finished or not.
         largest: the highest resolution that they may have, texels along a side.
     """
@@ -37,11 +39,12 @@ class CacheState:
     icon: str
     details: tuple[str, ...] = ()
     approximations: tuple[str, ...] = ()
+    placed: tuple[CachingCamera, ...] = ()
     cameras: tuple[CachingCamera, ...] = ()
     largest: int = RESOLUTIONS[-1]
 
 
-_last: tuple[tuple[Path, int, bool], CacheState] | None = None
+_last: tuple[tuple[Path, int, int], CacheState] | None = None
 # What of the scene no longer was what a cache was baked from, when a picture was last drawn.
 _stale: dict[tuple[Path, int], tuple[str, ...]] = {}
 
@@ -65,10 +68,9 @@ def read_cache_state(scene: Any) -> CacheState:
         folder = cache_folder(scene)
     except InputError as error:
         return CacheState(f"No cache: {error}", "INFO")
-    placed = (folder / PLACEMENT_NAME).exists()
-    key = (folder, cache_stamp(folder), placed)
+    key = (folder, cache_stamp(folder), cache_stamp(folder, PLACEMENT_NAME))
     if _last is None or _last[0] != key:
-        _last = (key, _read(folder, placed))
+        _last = (key, _read(folder, placed=key[2] != 0))
     state = _last[1]
     if sentences := _stale.get(key[:2]):
         details = tuple(f"Stale: {sentence}" for sentence in sentences)
@@ -86,7 +88,14 @@ def with_changes(state: CacheState, sentence: str) -> CacheState:
     return replace(state, icon="ERROR", details=(*told, sentence))
 
 
-def _read(folder: Path, placed: bool) -> CacheState:
+def _read_placed(folder: Path, *, placed: bool) -> tuple[CachingCamera, ...]:
+    try:
+        return read_cameras(folder / PLACEMENT_NAME) if placed else ()
+    except InputError:  # Place and Bake say so
+        return ()
+
+
+def _read(folder: Path, *, placed: bool) -> CacheState:
     if not (folder / MANIFEST_NAME).exists():
         text = "Cameras are placed; not baked yet" if placed else "Nothing is baked yet"
         return CacheState(text, "INFO")
@@ -107,6 +116,7 @@ def _read(folder: Path, placed: bool) -> CacheState:
         f"{summary} ({size / 2**20:.1f} MB)",
         icon,
         approximations=tuple(str(item) for item in store.plan.approximations),
+        placed=_read_placed(folder, placed=placed),
         cameras=manifest.cameras,
         largest=PRESETS[preset].max_resolution if preset in PRESETS else RESOLUTIONS[-1],
     )

@@ -78,7 +78,8 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
         state = read_cache_state(context.scene)
         graph = context.view_layer.depsgraph
         if graph is not None:
-            changes = camera_changes(graph, context.scene, state.cameras, state.largest)
+            cameras = (state.placed, state.cameras)
+            changes = camera_changes(graph, context.scene, *cameras, state.largest)
             state = with_changes(state, changes)
         draw_state(layout, state, characters)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from addon.errors import InputError
+from addon.scene.caching_collection_reader import CACHING_MARK
 from addon.scene.shot import ALL_CAMERAS, ShotChoice, describe_shot
 from addon.scene.shot_reader import SHOT_VIEWS, read_shot
 
@@ -115,6 +116,14 @@ def test_a_lens_that_zooms_is_looked_through_at_several_frames(scene: Any) -> No
 def test_without_an_active_camera_those_that_there_are_get_named(scene: Any) -> None:
     scene.camera = None
     with pytest.raises(InputError, match="is none; make one of these active: A, B, C"):
+        read_shot(scene, ShotChoice(active=True))
+    collection = bpy.data.collections.new("Caching")
+    collection[CACHING_MARK] = True
+    scene.collection.children.link(collection)
+    looked_through = bpy.data.objects.new("Caching", bpy.data.cameras.new("Caching"))
+    collection.objects.link(looked_through)
+    scene.camera = looked_through
+    with pytest.raises(InputError, match=r"is 'Caching', none of the shot's; .*: A, B, C$"):
         read_shot(scene, ShotChoice(active=True))
     bind(scene, "B", 1)
     assert set(seen(scene, ShotChoice(active=True))) == {"B"}

@@ -195,7 +195,8 @@ def test_without_a_collection_there_is_nothing_to_read(extension: None) -> None:
 
 def changes(largest: int = 2048, baked: tuple[CachingCamera, ...] = PLACED) -> str:
     bpy.context.view_layer.update()
-    return camera_changes(bpy.context.view_layer.depsgraph, bpy.context.scene, baked, largest)
+    depsgraph, scene = bpy.context.view_layer.depsgraph, bpy.context.scene
+    return camera_changes(depsgraph, scene, PLACED, baked, largest)
 
 
 def test_what_differs_from_the_bake_is_said(extension: None) -> None:
@@ -219,6 +220,18 @@ def test_what_differs_from_the_bake_is_said(extension: None) -> None:
     own.data.type = "ORTHO"
     assert "'Own' is ortho" in changes()
     assert changes(baked=()) == ""  # nothing is baked
+
+
+def test_an_own_camera_that_was_baked_by_others_is_no_change(extension: None) -> None:
+    """On a farm the file is not saved, so that the camera has no number of its own in it."""
+    collection = show()
+    own = bpy.data.objects.new("Own", bpy.data.cameras.new("Own"))
+    collection.objects.link(own)
+    baked = tuple(replace(camera, resolution=512) for camera in read_back())
+    assert len(baked) == 5
+    assert changes(512, baked) == ""
+    own.location.y = 1.0
+    assert changes(512, baked) == "1 of 5 caching cameras changed since the bake: Bake again"
 
 
 def test_a_presets_smaller_pictures_are_no_change(extension: None) -> None:

@@ -305,7 +305,9 @@ def main() -> int:
         own += ["--ablations"] if args.ablations else []
         for scene in args.scenes:
             done = subprocess.run([*own, str(scene)], check=True, stdout=subprocess.PIPE, text=True)
-            print("\n".join(done.stdout.splitlines()[2:]), flush=True)
+            # Blender says on standard output which file it reads.
+            rows = [line for line in done.stdout.splitlines() if line.startswith("|")]
+            print("\n".join(rows[len(heading(budgets)) :]), flush=True)
         return 0
     geometry, views = _read(args.scenes[0])
     rows = measure_scene(geometry, views, budgets, ablations=args.ablations)

@@ -7,6 +7,7 @@ Also where the extension's properties are not registered, as on the command line
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -140,7 +141,10 @@ def _read(
         kind=known[0].kind if known else "PERSPECTIVE",
         source=known[0].source if known else number,
     )
-    return next((camera for camera in known if _untouched(read, camera, largest)), read)
+    same = next((camera for camera in known if _untouched(read, camera, largest)), read)
+    if drawn_resolution(same.resolution) == read.resolution:
+        return same
+    return replace(same, resolution=read.resolution)  # a preset's limit made it the same
 
 
 def _resolution(data: Any) -> int:

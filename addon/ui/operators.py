@@ -26,9 +26,13 @@ from ..scene.shot import describe_shot
 from ..whole_file import write_errors
 from . import job
 from .cache_folder import cache_folder
+from .cache_state import read_cache_state
 from .camera_objects import remove_cameras, show_cameras
+from .camera_watch import redraw
 
 TIMER_S = 0.2
+# Where the progress and the picture show.
+_SHOWING = {"PROPERTIES", "VIEW_3D"}
 
 
 def _why_not(context: Any) -> str:
@@ -96,7 +100,7 @@ class _JobOperator:
             return {"PASS_THROUGH"}
         self._job.advance()
         context.window_manager.progress_update(self._job.fraction)
-        _redraw()
+        redraw(_SHOWING)
         if not self._job.done:
             return {"PASS_THROUGH"}
         self._release(context)
@@ -114,7 +118,7 @@ class _JobOperator:
             manager.event_timer_remove(self._timer)
             self._timer = None
         _show_status(None)
-        _redraw()
+        redraw(_SHOWING)
 
     def _end(self) -> set[str]:
         scene = next((s for s in bpy.data.scenes if s.session_uid == self._job.scene_uid), None)
@@ -128,6 +132,7 @@ class _JobOperator:
         except InputError as error:
             return self._fail(str(error))
         self.report({"INFO"}, message)  # type: ignore[attr-defined]
+        redraw(_SHOWING)
         return {"FINISHED"}
 
     def _fail(self, message: str) -> set[str]:
@@ -164,7 +169,9 @@ def _write_edits(scene: Any, placement: Path) -> None:
         return
     placed = read_cameras(placement) if placement.exists() else ()
     number_own(collection, placed)
-    edited = edited_cameras(bpy.context.evaluated_depsgraph_get(), scene, placed)
+    state = read_cache_state(scene)
+    graph = bpy.context.evaluated_depsgraph_get()
+    edited = edited_cameras(graph, scene, placed, state.largest, state.cameras)
     if edited is None or to_json(edited) == to_json(placed):
         return
     with write_errors(placement.parent, "choose another folder"):
@@ -267,7 +274,7 @@ class RELUME_OT_cancel(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:  # noqa: ARG002
         job.stop_current()
-        _redraw()
+        redraw(_SHOWING)
         return {"FINISHED"}
 
 
@@ -321,14 +328,6 @@ def camera_layer(context: Any) -> Any | None:
             return layer
         layers.extend(layer.children)
     return None
-
-
-def _redraw() -> None:
-    """Have the places where the progress and the picture show drawn again."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type in ("PROPERTIES", "VIEW_3D"):
-                area.tag_redraw()
 
 
 def _show_status(text: str | None) -> None:

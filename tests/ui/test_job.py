@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ import numpy as np
 import pytest
 
 from addon.caching.edited_cameras import PLACEMENT_NAME
-from addon.caching.store import CacheStore
+from addon.caching.plan import ChannelPlan
+from addon.caching.store import CacheStore, Manifest
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.camplace.settings import PlacementSettings
@@ -250,6 +252,29 @@ def test_bake_takes_what_the_artist_did_to_the_cameras(
     assert cameras[0].to_json() == placed[0].to_json()
     assert cameras[1].origin.tolist() == [3.0, 0.0, 0.0]
     assert cameras[2].kind == "PERSPECTIVE"
+
+
+def test_what_a_farm_baked_of_an_edit_is_current_in_the_panel(
+    extension: None, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Another computer read the moved camera with other last bits, and at a preset's size."""
+    monkeypatch.setattr(job, "command", lambda *_: ["true"])
+    scene: Any = bpy.context.scene
+    scene.relume.cache_folder = str(tmp_path)
+    path = tmp_path / PLACEMENT_NAME
+    placed = CachingCamera(0, np.eye(4), 1.0, 0.1, 50.0, 1024, "PERSPECTIVE", 0)
+    write_cameras(path, (placed,))
+    show_cameras(scene, (placed,))
+    moved = np.eye(4)
+    moved[0, 3] = np.float32(0.3)
+    bpy.data.objects["Relume 0000 View 0"].location.x = moved[0, 3]
+    moved[0, 3] = np.nextafter(moved[0, 3], 1.0)
+    baked = replace(placed, world_from_camera=moved, resolution=512)
+    plan = ChannelPlan(("depth",), {}, (), ())
+    CacheStore.create(tmp_path, Manifest("0" * 64, {"preset": "draft"}, plan, (baked,)))
+    assert bpy.ops.relume.bake() == {"FINISHED"}
+    (read,) = read_cameras(path)
+    assert read.to_json() == {**baked.to_json(), "resolution": 1024}
 
 
 def test_placing_again_keeps_the_artists_own_cameras(

@@ -4,8 +4,10 @@ from __future__ import annotations
 from typing import Any
 
 import bpy
+import pytest
 
 import addon
+from addon.ui import camera_watch
 from addon.ui.engine import ENGINE
 from addon.ui.panels import BUDGET_FIELDS
 from tools.relume import parser
@@ -29,6 +31,7 @@ def test_registering_twice_in_a_row_leaves_nothing_behind() -> None:
         assert not hasattr(bpy.types.Scene, "relume")
         assert not hasattr(bpy.types, "RELUME_PT_cache")
         assert listed_panels() == set()
+    assert "_redraw_panels" not in [h.__name__ for h in bpy.app.handlers.depsgraph_update_post]
 
 
 def test_the_panels_an_artist_needs_are_there(extension: None) -> None:
@@ -80,3 +83,19 @@ def test_settings_are_kept_in_the_file(extension: None, tmp_path: Any) -> None:
     bpy.ops.wm.open_mainfile(filepath=path)
     scene = bpy.context.scene
     assert scene.relume.secondaries == 3
+
+
+def test_panels_are_drawn_again_when_a_caching_camera_moves(
+    extension: None, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[set[str]] = []
+    monkeypatch.setattr(camera_watch, "redraw", drawn.append)
+    bpy.data.objects["Cube"].location.x += 1.0
+    bpy.context.view_layer.update()
+    assert drawn == []
+    bpy.data.objects["Camera"].location.x += 1.0
+    bpy.context.view_layer.update()
+    assert drawn == [{"PROPERTIES"}]
+    bpy.data.objects["Camera"].data.lens = 20.0
+    bpy.context.view_layer.update()
+    assert len(drawn) == 2

@@ -6,8 +6,9 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from .caching.presets import DEFAULT_PRESET, PRESETS, Preset
+from .caching.presets import DEFAULT_PRESET
 from .place_arguments import add_shot
+from .preset_argument import add_preset
 
 # Far more caching cameras than a cache can have.
 LAST_CAMERA = 99_999
@@ -43,14 +44,6 @@ def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
 def add_cache(parser: argparse.ArgumentParser) -> None:
     """The cache folder."""
     parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
-
-
-def add_preset(parser: argparse.ArgumentParser, default: Preset | None) -> None:
-    """How fine a bake is; a default of None means as the cache was begun."""
-    note = default or f"as the cache was begun, else {DEFAULT_PRESET}"
-    parser.add_argument(
-        "--preset", choices=tuple(PRESETS), default=default, help=f"how fine (default: {note})"
-    )
 
 
 def camera_numbers(text: str) -> frozenset[int]:

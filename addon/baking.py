@@ -98,7 +98,8 @@ class Baking:
 
     def _placed(self, progress: Progress) -> Sequence[CachingCamera]:
         views = read_shot(self.scene, self.shot)
-        cameras = place_cameras(self.geometry, views, PlacementSettings(), progress).cameras
+        settings = PlacementSettings(max_resolution=PRESETS[self.settings.preset].max_resolution)
+        cameras = place_cameras(self.geometry, views, settings, progress).cameras
         if self.shot != ALL_CAMERAS:
             names = [view.name for view in views]
             self.say(f"{len(cameras)} caching cameras were placed for {describe_shot(names)}")

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .argument_types import StoreUnless, amount, box, count, names, positive, share
+from .caching.presets import DEFAULT_PRESET, PRESETS
 from .camplace.settings import PlacementSettings
+from .preset_argument import add_preset
 from .scene.shot import ShotChoice
 
 _NUMBERS = ("primaries", "secondaries")
@@ -24,6 +26,7 @@ def add_place_arguments(parser: argparse.ArgumentParser) -> None:
     _add_interest(parser)
     _add_numbers(parser)
     _add_budgets(parser)
+    add_preset(parser, DEFAULT_PRESET)
     default = PlacementSettings()
     parser.add_argument(
         "--view-share", type=share, default=default.view_share, metavar="S",
@@ -122,6 +125,7 @@ def placement_settings(
         texels=args.max_texels,
         megabytes=args.max_megabytes,
         view_share=args.view_share,
+        max_resolution=PRESETS[args.preset].max_resolution,
         bounds=bounds,
     )
     settings.check()

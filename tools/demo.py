@@ -24,12 +24,14 @@ from addon.stopping import stop_signals, stoppable, uninterrupted
 from .output import progress_on, standard_output, to_json
 
 if TYPE_CHECKING:
+    from addon.caching.presets import Preset
     from addon.camplace.placement import Placement
     from addon.scene.view import View
 
     from .evaluation import EvaluatedView
     from .relit import SceneArrays
 
+PRESET: Preset = "balanced"
 # Samples of a relit pixel, and of a reference's for each light. With more of the first the error
 # comes too near to the reference's noise to be measured in the time that a demo may take: with
 # 16, as F12 has, it is 2 to 3 dB less.
@@ -83,7 +85,7 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
     stages.end("build the scene")
     placement = _place(scene, arrays, out, part_of(progress, 0.02, 0.12))
     stages.end("place the caching cameras")
-    settings = BakeSettings(preset="balanced", overwrite=True)
+    settings = BakeSettings(preset=PRESET, overwrite=True)
     baking = Baking(scene, arrays.geometry, out / "cache", settings)
     baked = baking.run(placement.cameras, part_of(progress, 0.12, 0.25))
     stages.end("bake")
@@ -110,13 +112,15 @@ def run(out: Path, progress: Progress) -> dict[str, Any]:
 
 def _place(scene: Any, arrays: SceneArrays, out: Path, progress: Progress) -> Placement:
     """Place the cameras for the shot, and draw them."""
+    from addon.caching.presets import PRESETS
     from addon.camplace.place import place_cameras
     from addon.camplace.settings import PlacementSettings
     from addon.scene.shot_reader import read_shot
 
     from .place_picture import draw_placement
 
-    views, settings = read_shot(scene), PlacementSettings()
+    views = read_shot(scene)
+    settings = PlacementSettings(max_resolution=PRESETS[PRESET].max_resolution)
     placement = place_cameras(arrays.geometry, views, settings, part_of(progress, 0.0, 0.9))
     progress(0.9, "drawing the cameras")
     draw_placement(arrays.geometry, placement, out / "cameras.png")

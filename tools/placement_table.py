@@ -306,8 +306,8 @@ def main() -> int:
         for scene in args.scenes:
             done = subprocess.run([*own, str(scene)], check=True, stdout=subprocess.PIPE, text=True)
             # Blender says on standard output which file it reads.
-            rows = [line for line in done.stdout.splitlines() if line.startswith("|")]
-            print("\n".join(rows[len(heading(budgets)) :]), flush=True)
+            printed = [line for line in done.stdout.splitlines() if line.startswith("|")]
+            print("\n".join(printed[len(heading(budgets)) :]), flush=True)
         return 0
     geometry, views = _read(args.scenes[0])
     rows = measure_scene(geometry, views, budgets, ablations=args.ablations)

@@ -150,6 +150,7 @@ def _place_step(scene: Any) -> job.Step:
     else:
         arguments += ["--primaries", str(settings.primaries)]
         arguments += ["--secondaries", str(settings.secondaries)]
+    arguments += ["--preset", settings.preset]
     # Blender keeps a float32: to its own digits it is what the artist set.
     arguments += ["--view-share", f"{settings.shot_share:.6g}"]
     if settings.shot == "ACTIVE":

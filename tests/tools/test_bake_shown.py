@@ -13,10 +13,17 @@ import numpy as np
 import pytest
 
 import addon
+from addon import baking
+from addon.caching.bake import BakeSettings
 from addon.caching.edited_cameras import PLACEMENT_NAME
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import to_json, write_cameras
+from addon.camplace.settings import PlacementSettings
+from addon.errors import InputError
+from addon.progress import silent
+from addon.scene.depsgraph_reader import with_render_depsgraph
+from addon.scene.geometry_reader import read_geometry
 from addon.ui.camera_objects import show_cameras
 from tests.tools.conftest import Run
 from tests.tools.test_bad_input import save_scene
@@ -161,3 +168,24 @@ def test_the_batch_script_takes_them_too(shown: Path, tmp_path: Path) -> None:
     assert any("collection" in event.get("message", "") for event in events(run))
     assert events(run)[-1]["result"]["cameras"] == 2
     assert json.loads((cache / PLACEMENT_NAME).read_text()) == to_json(PLACED)
+
+
+def test_cameras_are_placed_for_the_texels_of_the_preset(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    save_scene(tmp_path / "scene.blend")
+    asked: list[PlacementSettings] = []
+
+    def stop(
+        _geometry: object, _views: object, settings: PlacementSettings, *_rest: object
+    ) -> None:
+        asked.append(settings)
+        raise InputError("far enough")
+
+    monkeypatch.setattr(baking, "place_cameras", stop)
+    scene = bpy.context.scene
+    geometry = with_render_depsgraph(scene, read_geometry)
+    settings = BakeSettings(preset="draft")
+    with pytest.raises(InputError, match="far enough"):
+        baking.Baking(scene, geometry, tmp_path / "cache", settings).run((), silent)
+    assert [one.max_resolution for one in asked] == [512]

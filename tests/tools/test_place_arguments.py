@@ -24,14 +24,16 @@ def parsed(*words: str) -> argparse.Namespace:
 
 
 def test_without_words_the_settings_are_their_own_defaults() -> None:
-    assert placement_settings(parsed()) == PlacementSettings()
+    # The default preset's texels are what cameras are judged by.
+    assert placement_settings(parsed()) == PlacementSettings(max_resolution=1024)
     assert shot_choice(parsed()) == ALL_CAMERAS
 
 
 def test_words_become_settings() -> None:
     words = "--max-pictures 3 --max-texels 9999999 --max-megabytes 12.5 --view-share 0.5 --seed 4"
+    words += " --preset draft"
     assert placement_settings(parsed(*words.split())) == PlacementSettings(
-        seed=4, cameras=3, texels=9_999_999, megabytes=12.5, view_share=0.5
+        seed=4, cameras=3, texels=9_999_999, megabytes=12.5, view_share=0.5, max_resolution=512
     )
     numbers = placement_settings(parsed("--primaries", "2", "--secondaries", "0"))
     assert (numbers.primaries, numbers.secondaries, numbers.budgeted) == (2, 0, False)

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from addon.argument_types import names, positive
-from addon.bake_arguments import add_preset
+from addon.preset_argument import add_preset
 from addon.progress import Progress, part_of
 from addon.writable import require_folder
 

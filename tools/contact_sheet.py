@@ -41,10 +41,9 @@ class Cell:
     note: str = ""
     span: int = 1
 
-    @property
-    def width(self) -> int:
-        """Pixels on the sheet, with the gaps between its columns."""
-        return self.span * (CELL_WIDTH + GAP) - GAP
+    def width(self, column: int = CELL_WIDTH) -> int:
+        """Pixels on a sheet with `column` pixels a column, with the gaps between its columns."""
+        return self.span * (column + GAP) - GAP
 
 
 @dataclass(frozen=True)
@@ -55,13 +54,15 @@ class Row:
     cells: Sequence[Cell]
 
 
-def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
-    """All rows under one title; a column is CELL_WIDTH wide, whatever its pictures' size."""
+def draw_sheet(
+    title: str, subtitle: str, rows: Sequence[Row], *, column: int = CELL_WIDTH
+) -> Image:
+    """All rows under one title; a column is `column` pixels wide, whatever its pictures' size."""
     from PIL import Image, ImageDraw
 
     columns = max(sum(cell.span for cell in row.cells) for row in rows)
-    width = columns * (CELL_WIDTH + GAP) + GAP
-    pictures = [[_load(cell) for cell in row.cells] for row in rows]
+    width = columns * (column + GAP) + GAP
+    pictures = [[_load(cell, cell.width(column)) for cell in row.cells] for row in rows]
     heights = [max(picture.height for picture in row) for row in pictures]
     text = LABEL + SMALL + 14
     top = 3 * GAP + TITLE + SMALL if title else 0
@@ -84,19 +85,21 @@ def draw_sheet(title: str, subtitle: str, rows: Sequence[Row]) -> Image:
             below = y + heading + height + 4
             draw.text((x, below), cell.label, INK, font=_font(LABEL - 2))
             draw.text((x, below + LABEL + 2), cell.note, PALE, font=_font(SMALL - 2))
-            x += cell.width + GAP
+            x += cell.width(column) + GAP
         y += step
     return sheet
 
 
-def write_sheet(path: Path, title: str, subtitle: str, rows: Sequence[Row]) -> None:
+def write_sheet(
+    path: Path, title: str, subtitle: str, rows: Sequence[Row], *, column: int = CELL_WIDTH
+) -> None:
     """Draw the sheet into a PNG file. Raises InputError when it cannot be written."""
-    sheet = np.asarray(draw_sheet(title, subtitle, rows), dtype=np.float32)
+    sheet = np.asarray(draw_sheet(title, subtitle, rows, column=column), dtype=np.float32)
     write_png(path, sheet[::-1] / 255.0)
 
 
-def _load(cell: Cell) -> Image:
-    """The cell's picture at its width."""
+def _load(cell: Cell, width: int) -> Image:
+    """The cell's picture, `width` pixels wide."""
     from PIL import Image
 
     if isinstance(cell.picture, Path):
@@ -105,8 +108,8 @@ def _load(cell: Cell) -> Image:
     else:
         encoded = np.clip(np.asarray(cell.picture, dtype=np.float64)[::-1], 0.0, 1.0)
         image = Image.fromarray(np.rint(encoded * 255.0).astype(np.uint8))
-    height = round(image.height * cell.width / image.width)
-    return image.resize((cell.width, height), Image.Resampling.LANCZOS)
+    height = round(image.height * width / image.width)
+    return image.resize((width, height), Image.Resampling.LANCZOS)
 
 
 def _font(size: int) -> Font:

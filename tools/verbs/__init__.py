@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 from addon.progress import Progress
 
-from . import bake, compare, evaluate, place, relight
+from . import bake, compare, evaluate, inspect, place, relight
 
 
 class Verb(Protocol):
@@ -32,4 +32,4 @@ class Verb(Protocol):
         """The same values as lines for a person."""
 
 
-VERBS: tuple[Verb, ...] = (place, bake, relight, compare, evaluate)
+VERBS: tuple[Verb, ...] = (place, bake, inspect, relight, compare, evaluate)

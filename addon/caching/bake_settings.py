@@ -102,7 +102,10 @@ def _difference(folder: Path, earlier: Manifest, wanted: Manifest) -> str:
     elif earlier.plan != wanted.plan:
         what = "other channels, for a world or materials that changed"
     else:
-        what = "other caching cameras"
+        return (
+            f"{folder} was baked with other caching cameras; bake with --resume --overwrite, which "
+            "keeps those that are the same, or choose another folder"
+        )
     return (
         f"{folder} was baked with {what}; bake all of it again, without --resume and --cameras, "
         "or choose another folder"

@@ -31,7 +31,7 @@ _SHOT_ITEMS = (
     ),
 )
 _BUDGET_ITEMS = (
-    ("CAMERAS", "Numbers of Cameras", "So many cube cameras and so many single ones"),
+    ("CAMERAS", "Cameras", "So many cube cameras and so many single ones"),
     (
         "PICTURES",
         "Pictures",

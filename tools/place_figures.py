@@ -66,9 +66,9 @@ def draw_legend(axes: Axes, placement: Placement, views: Sequence[View]) -> None
         _dot(COARSE, f"seen coarsely: {share(covered & ~well)}"),
         _dot(MISSED, f"seen by no camera: {share(~covered)}"),
         Line2D([], [], ls="none", marker="s", ms=9, color=CUBE, label="primary: a cube of faces"),
-        Line2D([], [], color=CUBE, lw=1.8, label="its maximal empty sphere"),
+        Line2D([], [], color=CUBE, lw=1.8, label="its empty sphere"),
         Patch(fc=SINGLE, ec=SINGLE, alpha=0.4, label="secondary: a single picture"),
-        Line2D([], [], color=EMPTY, lw=1.0, label="other maximal spheres"),
+        Line2D([], [], color=EMPTY, lw=1.0, label="other spheres"),
         Line2D([], [], color="0.5", ls=(0, (5, 4)), label="box of interest"),
     ]
     if views:

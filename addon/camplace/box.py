@@ -14,6 +14,8 @@ from ..scene.view import View
 BACKGROUND = 4.0
 # Share of the box's diagonal by which it is enlarged: surfaces then lie inside, not on it.
 ENLARGED = 0.02
+# Without a view that sees anything, the box's sides are at least this share of the longest one.
+LEAST_SIDE = 0.5
 
 
 def box_about(
@@ -39,6 +41,10 @@ def box_about(
             inside.append(_places(view, points))
     points = np.concatenate(inside)
     box = np.stack([points.min(axis=0), points.max(axis=0)])
+    if not any(len(points) for points in seen):
+        # Cameras stand in the box, and must see a single plane from somewhere.
+        lacking = np.maximum(0.0, LEAST_SIDE * (box[1] - box[0]).max() - (box[1] - box[0]))
+        box = box + 0.5 * np.array([[-1.0], [1.0]]) * lacking
     margin = ENLARGED * np.linalg.norm(box[1] - box[0])
     return np.asarray(box + np.array([[-margin], [margin]]))
 

@@ -130,7 +130,11 @@ def texel_size(
     focal = camera.resolution / (2.0 * camera.half_extent)
     texels = (focal / depth)[:, None, None] * (rows @ samples.tangents[index])
     pixels = samples.pixels_from_surface[index]
-    return largest_singular_value(pixels @ _inverse(texels))
+    adjugate, determinant = _adjugate(texels)
+    stretch = largest_singular_value(pixels @ adjugate)
+    # A surface seen edge on has the determinant 0: an endless texel.
+    seen = determinant != 0.0
+    return np.where(seen, stretch / np.where(seen, np.abs(determinant), 1.0), np.inf)
 
 
 def largest_singular_value(m: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -171,11 +175,8 @@ def _cosines(
     return np.asarray(np.einsum("sx,sx->s", towards, samples.normal[index]) / length)
 
 
-def _inverse(m: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Of 2 x 2 matrices. A surface seen edge on gives a determinant of 0: an endless texel."""
+def _adjugate(m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Adjugates (..., 2, 2) and determinants (...,) of 2 x 2 matrices: the inverse's parts."""
     a, b, c, d = m[..., 0, 0], m[..., 0, 1], m[..., 1, 0], m[..., 1, 1]
-    determinant = a * d - b * c
-    tiny = np.finfo(np.float64).tiny
-    safe = np.where(np.abs(determinant) > tiny, determinant, tiny)
     adjugate = np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2)
-    return np.asarray(adjugate / safe[..., None, None])
+    return adjugate, a * d - b * c

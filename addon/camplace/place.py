@@ -178,11 +178,14 @@ def _placement(
         for choice in group:
             worth = joined(worth, choice.seen)
             camera = _with_clips(choice.camera, stage, choice.seen, widen=from_before)
-            if from_before:
-                camera = replace(camera, source=source, resolution=wanted[camera.id])
-            else:
-                resolution = _wanted_resolution(choice, samples, settings)
-                camera = replace(camera, id=next(free_ids), source=source, resolution=resolution)
+            resolution = camera.resolution
+            # Where texels are counted, a camera gets those that were paid for.
+            if settings.texels is None and settings.megabytes is None:
+                resolution = (
+                    wanted[camera.id] if from_before else _wanted_resolution(choice, samples)
+                )
+            number_of_it = camera.id if from_before else next(free_ids)
+            camera = replace(camera, id=number_of_it, source=source, resolution=resolution)
             cameras.append(frame.camera_to_world(camera))
             seen.append(float(samples.weight @ (worth > 0.0)))
             well_seen.append(float(samples.weight @ (worth >= WELL)))
@@ -205,14 +208,9 @@ def _placement(
     )
 
 
-def _wanted_resolution(choice: Choice, samples: Samples, settings: PlacementSettings) -> int:
-    """What the camera is to have: the tier that it needs, for a finer bake later too.
-
-    Where texels are counted it is what was paid for.
-    """
+def _wanted_resolution(choice: Choice, samples: Samples) -> int:
+    """What the camera is to have: the tier that it needs, for a finer bake later too."""
     resolution = choice.camera.resolution
-    if settings.texels is not None or settings.megabytes is not None:
-        return resolution
     return needed_resolution(choice.seen, samples.weight, resolution, RESOLUTIONS[-1])
 
 
@@ -280,6 +278,15 @@ def _warnings(
                 f"The caching cameras cover {100.0 * share:.1f} % of {what}; "
                 + _remedy(chosen, settings, float(hidden) / float(total))
             )
+    blind = [
+        view.name or "the viewport"
+        for view, moved in zip(stage.views, stage.moved, strict=True)
+        if not moved
+    ]
+    if blind:
+        warnings.append(
+            f"No surface is in sight of {', '.join(blind)}: turn it to the set, or mend its clips."
+        )
     outside = [
         view.name or "the viewport"
         for view in stage.views

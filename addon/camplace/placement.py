@@ -53,8 +53,9 @@ class Placement:
     """The cameras and the evidence for them; all in metres and world space.
 
     Attributes:
-        cameras: in the order of choice, primary cameras first.
-        spheres: the maximal spheres; a cube face's `source` is an index into them.
+        cameras: in the order of choice, those that were kept first, the faces of a cube together.
+        spheres: the maximal spheres, then those about places near the views and about kept cubes;
+            a cube face's `source` is an index into them.
         box: (2, 3) float64, the box of interest.
         sample_point, sample_normal: (S, 3) float64.
         sample_weight: (S,) float64, together 1.

@@ -124,3 +124,13 @@ def test_what_is_left_out_adds_up() -> None:
 def test_budgets_that_cannot_be_kept(budget: dict[str, Any]) -> None:
     with pytest.raises(InputError):
         _place(**budget)
+
+
+def test_earlier_cameras_do_not_break_a_budget_of_texels() -> None:
+    coarse = replace(SMALL, max_resolution=256)
+    before = place_cameras(room_with_box(), (VIEW,), coarse)
+    assert before.texels > 8 * 256**2  # they ask for more than a coarse bake gives them
+    counted = replace(coarse, texels=8 * 256**2)
+    after = place_cameras(room_with_box(), (VIEW,), counted, earlier=before.cameras)
+    assert after.kept > 0
+    assert 0 < after.texels <= 8 * 256**2

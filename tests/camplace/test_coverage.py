@@ -95,6 +95,18 @@ def test_a_slanted_look_stretches_texels_by_the_cosine() -> None:
     np.testing.assert_allclose(ratio, 2.0, rtol=1e-12)
 
 
+def test_a_surface_seen_edge_on_has_endless_texels() -> None:
+    wall = _wall(np.array([[2.0, 0.0, 0.0], [2.0, 1.0, 0.5]]))
+    camera = _camera([0, 0, 0], [1, 0, 0], 0.5 * np.pi, 512)
+    with np.errstate(all="raise"):
+        texel = texel_size(camera, wall, np.arange(2))
+    assert texel[0] == np.inf
+    assert np.isfinite(texel[1])
+    seen = seen_by_camera(camera, wall, np.arange(2))
+    assert seen.worth[0] == GLANCING * SEEN
+    assert np.isfinite(gain(seen, np.zeros(2), wall.weight))
+
+
 def test_pixel_gradient_against_finite_differences() -> None:
     view = perspective_view(looking_at((3.0, -4.0, 2.0), (0.0, 0.0, 0.0)), 640, 480, 0.9)
     point = np.random.default_rng(1).uniform(-1, 1, (50, 3))

@@ -226,6 +226,18 @@ def test_the_box_of_interest_bounds_cameras_and_samples() -> None:
     assert any("box of interest" in warning for warning in placement.warnings)
 
 
+def test_a_view_that_sees_nothing_is_named_and_a_single_plane_is_seen_well() -> None:
+    geometry = geometry_of([(np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), SHEET)])
+    away = replace(perspective_view(looking_at((0, 0, 5), (0, 0.1, 9)), 320, 240, 1.0), name="Lost")
+    placement = place_cameras(geometry, (away,), SMALL)
+    assert any("in sight of Lost" in warning for warning in placement.warnings)
+    # Nobody knows from where the plane will be looked at: the box leaves room over and under it.
+    assert (placement.box[1, 2] - placement.box[0, 2]) > 0.9
+    assert placement.shares.area_well > 0.95
+    seeing = place_cameras(room_with_box(), (_room_view(),), replace(SMALL, secondaries=1))
+    assert not any("in sight" in warning for warning in seeing.warnings)
+
+
 def test_offered_views_may_be_taken() -> None:
     settings = replace(SMALL, primaries=0, secondaries=1, offer_views=True)
     placement = place_cameras(room_with_box(), (_room_view(),), settings)

@@ -73,18 +73,24 @@ class View:
         return np.stack([x, y, ndc[..., 2], w], axis=-1)
 
     def rays(self, xy: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Pixel positions (..., 2) to world-space rays: origins and unit directions (..., 3)."""
+        """Pixel positions (..., 2) to world-space rays: origins and unit directions (..., 3).
+
+        Perspective rays begin at the camera, orthographic ones on the near plane.
+        """
         ndc = xy / np.array([self.width, self.height]) * 2.0 - 1.0
-        camera_from_clip = np.linalg.inv(self.clip_from_camera)
-        shape = (*ndc.shape[:-1], 1)
-        ends = []
-        for z in (-1.0, 1.0):
-            clip = np.concatenate([ndc, np.full(shape, z), np.ones(shape)], axis=-1)
-            camera = clip @ camera_from_clip.T
-            ends.append(camera[..., :3] / camera[..., 3:])
-        near, far = ends
-        direction = (far - near) @ self.world_from_camera[:3, :3].T
+        x, y, z, w = self.clip_from_camera
+        # A column and a row of the picture are planes in camera space, and a ray is where they
+        # meet. The clip distances are not needed: in float32 a far plane 1e8 times as far as the
+        # near one is at infinity.
+        column = ndc[..., :1] * w[:3] - x[:3]
+        row = ndc[..., 1:] * w[:3] - y[:3]
+        direction = np.cross(row, column)
+        direction *= -np.sign(direction[..., 2:])  # a camera looks down its -Z
         direction /= np.linalg.norm(direction, axis=-1, keepdims=True)
+        direction = direction @ self.world_from_camera[:3, :3].T
         if self.perspective:
             return np.broadcast_to(self.origin, direction.shape).copy(), direction
-        return near @ self.world_from_camera[:3, :3].T + self.origin, direction
+        near = np.concatenate([ndc, np.full((*ndc.shape[:-1], 1), -1.0)], axis=-1)
+        camera_from_clip = np.linalg.inv(np.stack([x, y, z])[:, :3])
+        camera = (near - np.array([x[3], y[3], z[3]])) @ camera_from_clip.T
+        return camera @ self.world_from_camera[:3, :3].T + self.origin, direction

@@ -122,3 +122,33 @@ def test_rays_pass_through_what_they_project() -> None:
     origins, directions = view.rays(np.array([[0.0, 0.0], [64.0, 48.0], [32.0, 24.0]]))
     back = view.project(origins + 5.0 * directions)
     assert np.allclose(back[:, :2], [[0, 0], [64, 48], [32, 24]], atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["PERSP", "ORTHO"])
+@pytest.mark.parametrize("ratio", [1e3, 1e6, 1e8, 1e10, 1e12])
+def test_rays_do_not_need_the_far_plane(scene: bpy.types.Scene, kind: str, ratio: float) -> None:
+    camera = add_camera(scene)
+    camera.data.type = kind
+    camera.data.shift_x, camera.data.shift_y = 0.3, -0.2
+    camera.data.clip_start, camera.data.clip_end = 0.1, 0.1 * ratio
+    scene.render.resolution_x, scene.render.resolution_y = 320, 200
+    bpy.context.view_layer.update()
+    view = read_view(bpy.context.evaluated_depsgraph_get(), camera)
+    rng = np.random.default_rng(11)
+    in_camera = np.stack([*rng.normal(size=(2, 50)), -rng.uniform(1.0, 20.0, 50)], axis=-1)
+    points = in_camera @ view.world_from_camera[:3, :3].T + view.origin
+    xy = view.project(points)[:, :2]
+    with np.errstate(all="raise"):
+        origins, directions = view.rays(xy)
+    assert np.allclose(np.linalg.norm(directions, axis=-1), 1.0, atol=1e-12)
+    # Rays begin before what is seen, and pass through it to float64's rounding over 20 m.
+    assert (((points - origins) * directions).sum(axis=-1) > 0.0).all()
+    assert np.abs(np.cross(points - origins, directions)).max() < 1e-9
+    if kind == "PERSP":
+        assert (origins == view.origin).all()
+    else:
+        # A near plane at 0.1 m is lost in the rounding of a matrix that reaches far, but not by
+        # more than itself.
+        depth = (origins - view.origin) @ -view.world_from_camera[:3, 2]
+        assert depth.min() > -1e-9
+        assert depth.max() < 0.25

@@ -8,14 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from .camera import CachingCamera
+from .camera import WIDEST, CachingCamera
 from .coverage import Seen, gain, seen_by_camera
 from .samples import Samples
 from .settings import RESOLUTIONS
 from .surface_distance import sphere_directions
 
-# Wider pictures are under-sampled in the middle (paper: 120 degrees).
-WIDEST = np.radians(120.0)
 # A picture of a single sample would be nothing; this still holds what lies about it.
 NARROWEST = np.radians(5.0)
 # The outermost sample is not the outermost surface: the picture reaches a little farther.

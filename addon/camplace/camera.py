@@ -11,6 +11,14 @@ from numpy.typing import NDArray
 
 CameraKind = Literal["CUBE_FACE", "PERSPECTIVE"]
 
+# Wider pictures are under-sampled in the middle (paper: 120 degrees).
+WIDEST = np.radians(120.0)
+
+# How far from a rotation a matrix that is read may be: one of few digits is good enough.
+_RIGID = 1e-4
+# An angle may have gone through degrees and back: a few roundings of float64.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class CachingCamera:
@@ -77,18 +85,61 @@ class CachingCamera:
     @classmethod
     def from_json(cls, data: dict[str, Any]) -> CachingCamera:
         """Raises KeyError, TypeError or ValueError on anything that to_json() did not write."""
-        world_from_camera = np.array(data["world_from_camera"], dtype=np.float64)
-        if world_from_camera.shape != (4, 4) or not np.isfinite(world_from_camera).all():
-            raise ValueError("world_from_camera is not a finite 4x4 matrix")
         if data["kind"] not in ("CUBE_FACE", "PERSPECTIVE"):
             raise ValueError(f"unknown camera kind {data['kind']!r}")
+        number = _whole(data, "id", 0)
+        near, far, fov = (_finite(data, key) for key in ("near", "far", "fov"))
+        if not 0.0 <= near < far:
+            raise ValueError(f"camera {number} has the clips {near:g} and {far:g} m")
+        if not 0.0 < fov <= WIDEST * (1.0 + _ROUNDING):
+            raise ValueError(
+                f"camera {number} has a fov of {fov:g} rad, not above 0 and up to {WIDEST:.4f}"
+            )
         return cls(
-            id=int(data["id"]),
-            world_from_camera=world_from_camera,
-            fov=float(data["fov"]),
-            near=float(data["near"]),
-            far=float(data["far"]),
-            resolution=int(data["resolution"]),
+            id=number,
+            world_from_camera=_rigid(data["world_from_camera"]),
+            fov=fov,
+            near=near,
+            far=far,
+            resolution=_whole(data, "resolution", 1),
             kind=data["kind"],
-            source=int(data["source"]),
+            source=_whole(data, "source", 0),
         )
+
+
+def _whole(data: dict[str, Any], key: str, least: int) -> int:
+    value = data[key]
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise ValueError(f"a camera's {key} is {value!r}, not a whole number of at least {least}")
+    return int(value)
+
+
+def _finite(data: dict[str, Any], key: str) -> float:
+    value = data[key]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise ValueError(f"a camera's {key} is {value!r}, not a number")
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        number = np.inf
+    if not np.isfinite(number):
+        raise ValueError(f"a camera's {key} is not finite")
+    return number
+
+
+def _rigid(rows: Any) -> NDArray[np.float64]:
+    try:
+        matrix = np.array(rows, dtype=np.float64)
+    except OverflowError as error:  # a whole number of hundreds of digits
+        raise ValueError("world_from_camera is not a finite 4x4 matrix") from error
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        raise ValueError("world_from_camera is not a finite 4x4 matrix")
+    rotation = matrix[:3, :3]
+    if (
+        np.abs(rotation).max() > 1.0 + _RIGID  # first, since squares of more may overflow
+        or np.abs(rotation.T @ rotation - np.eye(3)).max() > _RIGID
+        or np.linalg.det(rotation) < 0.0
+        or not np.array_equal(matrix[3], [0.0, 0.0, 0.0, 1.0])
+    ):
+        raise ValueError("world_from_camera is not a rotation and a place")
+    return matrix

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from addon.camplace.aim import look
-from addon.camplace.camera import CachingCamera
+from addon.camplace.camera import WIDEST, CachingCamera
 from addon.camplace.cameras_file import from_json, read_cameras, to_json, write_cameras
 from addon.errors import InputError
 
@@ -57,6 +57,81 @@ def test_what_it_did_not_write_is_refused_by_name(change: dict[str, Any]) -> Non
     data = {**json.loads(json.dumps(to_json(_cameras()))), **change}
     with pytest.raises(InputError, match=r"shot\.json"):
         from_json(data, "shot.json")
+
+
+def _matrix(**entries: float) -> list[list[float]]:
+    """The identity with some entries changed, such as m03=1.0."""
+    matrix = np.eye(4)
+    for name, value in entries.items():
+        matrix[int(name[1]), int(name[2])] = value
+    return matrix.tolist()
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"world_from_camera": np.zeros((4, 4)).tolist()}, "not a rotation"),
+        ({"world_from_camera": _matrix(m00=2.0)}, "not a rotation"),
+        ({"world_from_camera": _matrix(m00=1e300)}, "not a rotation"),
+        ({"world_from_camera": _matrix(m00=-1.0)}, "not a rotation"),
+        ({"world_from_camera": _matrix(m01=0.001)}, "not a rotation"),
+        ({"world_from_camera": _matrix(m30=1.0)}, "not a rotation"),
+        ({"world_from_camera": _matrix(m33=2.0)}, "not a rotation"),
+        ({"world_from_camera": _matrix(m03=np.nan)}, "finite 4x4"),
+        ({"world_from_camera": [[10**400] * 4] * 4}, "finite 4x4"),
+        ({"world_from_camera": [[1.0]]}, "4x4"),
+        ({"fov": 0.0}, "fov"),
+        ({"fov": -1.0}, "fov"),
+        ({"fov": 2.2}, "fov"),
+        ({"fov": 60.0}, "fov"),
+        ({"fov": np.nan}, "fov is not finite"),
+        ({"fov": "wide"}, "fov is 'wide'"),
+        ({"near": -0.1}, "clips"),
+        ({"near": 1e6}, "clips"),
+        ({"near": 1e5 / 3.0}, "clips"),
+        ({"near": np.nan}, "near is not finite"),
+        ({"near": None}, "near is None"),
+        ({"far": np.inf}, "far is not finite"),
+        ({"far": 10**400}, "far is not finite"),
+        ({"far": 0.0}, "clips"),
+        ({"resolution": 0}, "resolution"),
+        ({"resolution": -512}, "resolution"),
+        ({"resolution": 511.5}, "resolution"),
+        ({"resolution": np.inf}, "resolution"),
+        ({"id": -1}, "id is -1"),
+        ({"id": 1.5}, "id is 1.5"),
+        ({"id": True}, "id is True"),
+        ({"source": -1}, "source"),
+        ({"kind": "FISHEYE"}, "kind"),
+    ],
+)
+def test_cameras_that_cannot_be_are_refused(
+    change: dict[str, Any], says: str, tmp_path: Path
+) -> None:
+    data = to_json(_cameras())
+    data["cameras"][1].update(change)
+    path = tmp_path / "shot.json"
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=says) as error:
+        read_cameras(path)
+    assert str(path) in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"fov": float(WIDEST)},
+        {"fov": float(np.nextafter(WIDEST, 3.0))},
+        {"near": 0.0},
+        {"near": 1, "far": 2},
+        {"resolution": 1},
+        {"world_from_camera": _matrix(m01=1e-5, m03=-1e6)},
+    ],
+)
+def test_cameras_at_the_limits_are_read(change: dict[str, Any]) -> None:
+    data = to_json(_cameras())
+    data["cameras"][1].update(change)
+    assert from_json(data, "shot.json")[1].to_json() == data["cameras"][1]
 
 
 def test_two_cameras_of_one_id_are_refused() -> None:

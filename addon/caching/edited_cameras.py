@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ..camplace.aim import WIDEST
-from ..camplace.camera import CachingCamera
+from ..camplace.camera import WIDEST, CachingCamera
 from ..camplace.settings import RESOLUTIONS
 from ..errors import InputError
 from ..scene.caching_collection_reader import CACHING_MARK, caching_collection
@@ -128,7 +127,7 @@ def _read(
         )
     if not data.clip_start < data.clip_end:
         raise InputError(f"caching camera '{obj.name}' ends before it begins; mend its clips")
-    matrix = rigid(world_from_object(depsgraph, obj))
+    matrix = rigid(world_from_object(depsgraph, obj), f"caching camera '{obj.name}'")
     if np.linalg.det(matrix[:3, :3]) < 0.0:  # a mirrored object: its picture is not
         matrix[:3, 0] *= -1.0
     read = CachingCamera(

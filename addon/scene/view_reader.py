@@ -37,7 +37,7 @@ def read_view(
     """The view of a camera object, at the scene's render size unless another is given.
 
     Raises:
-        InputError: the camera is panoramic or of a custom kind.
+        InputError: the camera is panoramic or of a custom kind, or has the scale 0.
     """
     scene = depsgraph.scene_eval
     evaluated = camera.evaluated_get(depsgraph)
@@ -57,7 +57,7 @@ def read_view(
         scale_y=scene.render.pixel_aspect_y,
     )
     return View(
-        world_from_camera=rigid(evaluated.matrix_world),
+        world_from_camera=rigid(evaluated.matrix_world, f"camera '{camera.name}'"),
         clip_from_camera=np.array(clip_from_camera, dtype=np.float64),
         width=width,
         height=height,
@@ -70,7 +70,7 @@ def read_view(
 def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
     """What a 3D viewport shows: its own navigation, or the camera it looks through."""
     return View(
-        world_from_camera=rigid(region_data.view_matrix.inverted()),
+        world_from_camera=rigid(region_data.view_matrix.inverted(), "the viewport"),
         clip_from_camera=np.array(region_data.window_matrix, dtype=np.float64),
         width=region.width,
         height=region.height,
@@ -89,14 +89,24 @@ def read_pixel_filter(scene: Any) -> PixelFilter:
     return PixelFilter(kind, 1.0 if kind == "BOX" else float(cycles.filter_width))
 
 
-def rigid(matrix: Any) -> Any:
+def rigid(matrix: Any, owner: str) -> Any:
     """(4, 4) float64 with orthonormal axes: cameras ignore their object's scale, as in Cycles.
 
     Blender's matrices are float32; the nearest rotation (polar decomposition) takes their
-    rounding out, so that the transpose is the inverse to float64's precision.
+    rounding out, so that the transpose is the inverse to float64's precision. `owner` says in
+    errors whose matrix it is.
+
+    Raises:
+        InputError: the matrix has no direction along an axis.
     """
     rigid = np.array(matrix, dtype=np.float64)
-    axes = rigid[:3, :3] / np.linalg.norm(rigid[:3, :3], axis=0)
-    left, _, right = np.linalg.svd(axes)
+    if not np.isfinite(rigid).all():
+        raise InputError(f"{owner} has a transform that is not finite; clear its transform")
+    lengths = np.linalg.norm(rigid[:3, :3], axis=0)
+    if not lengths.all():
+        raise InputError(
+            f"{owner} has the scale 0, and so looks nowhere; give it, or its parent, another scale"
+        )
+    left, _, right = np.linalg.svd(rigid[:3, :3] / lengths)
     rigid[:3, :3] = left @ right
     return rigid

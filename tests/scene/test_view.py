@@ -74,6 +74,32 @@ def test_panoramas_are_refused(scene: bpy.types.Scene) -> None:
         read_view(bpy.context.evaluated_depsgraph_get(), camera)
 
 
+@pytest.mark.parametrize("scale", [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)])
+@pytest.mark.parametrize("whose", ["camera", "parent"])
+def test_cameras_without_a_size_are_refused(
+    scene: bpy.types.Scene, scale: tuple[float, float, float], whose: str
+) -> None:
+    camera = add_camera(scene, "Flat")
+    sized = camera
+    if whose == "parent":
+        camera.rotation_euler = (0.0, 0.0, 0.0)
+        sized = camera.parent = bpy.data.objects.new("Rig", None)
+        scene.collection.objects.link(sized)
+    sized.scale = scale
+    bpy.context.view_layer.update()
+    with pytest.raises(InputError, match="camera 'Flat' has the scale 0"):
+        read_view(bpy.context.evaluated_depsgraph_get(), camera)
+
+
+def test_a_tiny_camera_is_read(scene: bpy.types.Scene) -> None:
+    camera = add_camera(scene)
+    camera.scale = (1e-6, 1e-6, 1e-6)
+    bpy.context.view_layer.update()
+    view = read_view(bpy.context.evaluated_depsgraph_get(), camera)
+    rotation = view.world_from_camera[:3, :3]
+    assert np.allclose(rotation, np.array(camera.rotation_euler.to_matrix()), atol=1e-5)
+
+
 def test_cameras_are_found_by_name(scene: bpy.types.Scene) -> None:
     with pytest.raises(InputError, match="no camera; add one"):
         find_camera(scene)

@@ -243,7 +243,7 @@ def test_a_presets_smaller_pictures_are_no_change(extension: None) -> None:
     assert changes(256, baked) == ""
 
 
-@pytest.mark.parametrize("fault", ["ORTHO", "wide", "clips", "empty"])
+@pytest.mark.parametrize("fault", ["ORTHO", "wide", "clips", "scale", "empty"])
 def test_what_cannot_be_baked_is_named(extension: None, fault: str) -> None:
     collection = show()
     obj = objects(collection)[3]
@@ -253,6 +253,8 @@ def test_what_cannot_be_baked_is_named(extension: None, fault: str) -> None:
         obj.data.angle = 2.5
     elif fault == "clips":
         obj.data.clip_start, obj.data.clip_end = 10.0, 5.0
+    elif fault == "scale":
+        obj.scale = (0.0, 0.0, 0.0)
     else:
         for other in list(collection.objects):
             bpy.data.objects.remove(other)

@@ -81,6 +81,9 @@ class Baking:
     def _shown(self, earlier: CacheStore | None, progress: Progress) -> Sequence[CachingCamera]:
         """The caching cameras in the scene; those that nobody touched are the placed ones."""
         if not caching_objects(self.scene):
+            emptied = caching_collection(self.scene)
+            if emptied is not None:
+                self.say(f"the collection '{emptied.name}' holds no caching camera any more")
             return ()
         placement = self.cache / PLACEMENT_NAME
         placed = read_cameras(placement) if placement.exists() else ()

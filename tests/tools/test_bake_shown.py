@@ -119,6 +119,7 @@ def test_what_the_panel_baked_is_kept(shown: Path, tmp_path: Path, relume_here: 
     run = relume_here(*words, "--placement", cache / PLACEMENT_NAME)
     assert run.returncode == 0, run.stderr
     assert "caching cameras in the scene's" not in run.stderr
+    assert "'Relume Cameras' holds no caching camera any more" in run.stderr
     report = json.loads(relume_here(*words, "--resume").stdout)
     assert (report["kept"], report["baked"]) == (2, 0)
 

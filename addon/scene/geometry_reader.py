@@ -33,7 +33,8 @@ def read_geometry(depsgraph: Any) -> SceneGeometry:
 
     Left out: holdouts, non-finite triangles (counted in a warning) and degenerate ones, and
     geometry that has no mesh (hair, point clouds, volumes; named in a warning). A triangle's
-    weight is the product of its object's, its instancer's, its material's and its mesh's.
+    weight is the product of its object's, its instancer's, its material's and its mesh's; a
+    custom property that is no weight is named in a warning.
 
     Raises:
         InputError: the scene shows no triangle.
@@ -137,7 +138,7 @@ class _Collector:
                 np.array(instance.matrix_world, dtype=np.float64),
                 np.array([self._material(m) for m in _slot_materials(evaluated)], dtype=np.int32),
                 original.name,
-                _weights(original, instancer.original),
+                self._weights(original, instancer.original),
                 bool(evaluated.visible_camera and instancer.visible_camera)
                 and not instancer.indirect_only_get(view_layer=view_layer),
                 bool(evaluated.visible_shadow and instancer.visible_shadow),
@@ -155,12 +156,34 @@ class _Collector:
         name = material.name_full if material is not None else NO_MATERIAL
         if name not in self.materials:
             self.materials[name] = len(self.materials)
-            self.material_weights.append(_weight(material))
+            weight = 1.0 if material is None else self._weight(material, f"material '{name}'")
+            self.material_weights.append(weight)
             source = read_cutout_source(material) if material is not None else None
             self.cutouts.append(source)
             if source is not None and source.problem:
                 self.warn(f"material '{name}': {source.problem}")
         return self.materials[name]
+
+    def _weights(self, original: Any, instancer: Any) -> float:
+        """An object's weight, times that of another object that instances it."""
+        weight = self._weight(original, f"object '{original.name}'")
+        if instancer != original:
+            weight *= self._weight(instancer, f"object '{instancer.name}'")
+        return weight
+
+    def _weight(self, block: Any, owner: str) -> float:
+        """The artist's weight of an object or material; 1 where none is set."""
+        value = block.get(WEIGHT_NAME, 1.0)
+        if not isinstance(value, int | float) or np.isnan(value):
+            self.warn(f"{owner}: its {WEIGHT_NAME} is not a number; 1 is taken instead")
+            return 1.0
+        weight = float(min(max(value, 0.0), 1.0))
+        if weight != value:
+            self.warn(
+                f"{owner}: its {WEIGHT_NAME} is {value}, which is not from 0 to 1; "
+                f"{weight:g} is taken instead"
+            )
+        return weight
 
 
 def _clean(collector: _Collector) -> SceneGeometry:
@@ -235,16 +258,3 @@ def _slot_materials(evaluated: Any) -> list[Any]:
     if not slots and evaluated.data is not None:
         slots = list(getattr(evaluated.data, "materials", []))
     return [m.original if m is not None else None for m in slots] or [None]
-
-
-def _weights(original: Any, instancer: Any) -> float:
-    """An object's weight, times that of another object that instances it."""
-    return _weight(original) * (_weight(instancer) if instancer != original else 1.0)
-
-
-def _weight(block: Any) -> float:
-    """The artist's weight of an object or material; 1 where none is set."""
-    value = block.get(WEIGHT_NAME, 1.0) if block is not None else 1.0
-    if not isinstance(value, int | float) or np.isnan(value):
-        return 1.0
-    return float(min(max(value, 0.0), 1.0))

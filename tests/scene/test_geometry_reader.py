@@ -285,11 +285,49 @@ def test_an_instancer_weighs_too(scene: bpy.types.Scene) -> None:
     assert np.allclose(read(scene).weight, 0.25)
 
 
-@pytest.mark.parametrize(("value", "weight"), [(2.0, 1.0), (-1, 0.0), (float("nan"), 1.0),
-                                               ("much", 1.0)])  # fmt: skip
-def test_weights_that_make_no_sense(scene: bpy.types.Scene, value: object, weight: float) -> None:
+NO_WEIGHTS = [
+    (2.0, 1.0, "is 2.0, which is not from 0 to 1; 1 is taken"),
+    (-1, 0.0, "is -1, which is not from 0 to 1; 0 is taken"),
+    (float("inf"), 1.0, "is inf, which is not from 0 to 1; 1 is taken"),
+    (float("nan"), 1.0, "is not a number; 1 is taken"),
+    ("much", 1.0, "is not a number; 1 is taken"),
+    ([0.5, 0.5], 1.0, "is not a number; 1 is taken"),
+]
+
+
+@pytest.mark.parametrize(("value", "weight", "says"), NO_WEIGHTS)
+def test_weights_that_make_no_sense_are_named(
+    scene: bpy.types.Scene, value: object, weight: float, says: str
+) -> None:
+    plane = add_mesh(scene, "Plane")
+    plane["relume_weight"] = value
+    geometry = read(scene)
+    assert np.allclose(geometry.weight, weight)
+    assert geometry.warnings == (f"object 'Plane': its relume_weight {says} instead",)
+    # The same of a material; two objects have it, and it is named once.
+    del plane["relume_weight"]
+    material = bpy.data.materials.new("Paint")
+    material["relume_weight"] = value
+    for obj in (plane, add_mesh(scene, "Other")):
+        obj.data.materials.append(material)
+    geometry = read(scene)
+    assert np.allclose(geometry.weight, weight)
+    assert geometry.warnings == (f"material 'Paint': its relume_weight {says} instead",)
+
+
+def test_an_instancers_weight_is_named_too(scene: bpy.types.Scene) -> None:
+    instancer = instanced(scene, add_mesh(scene, "Plane"))
+    instancer["relume_weight"] = "much"
+    (warning,) = read(scene).warnings
+    assert warning.startswith(f"object '{instancer.name}': its relume_weight is not a number")
+
+
+@pytest.mark.parametrize("value", [0, 0.0, 0.25, 1, 1.0, True, False])
+def test_weights_that_make_sense_are_no_warning(scene: bpy.types.Scene, value: float) -> None:
     add_mesh(scene, "Plane")["relume_weight"] = value
-    assert np.allclose(read(scene).weight, weight)
+    geometry = read(scene)
+    assert np.allclose(geometry.weight, value)
+    assert geometry.warnings == ()
 
 
 def test_painted_weights_are_means_over_the_corners(scene: bpy.types.Scene) -> None:

@@ -17,9 +17,9 @@ from .mesh_reader import MESH_TYPES, WEIGHT_NAME, MeshArrays, read_mesh
 # The name under which triangles without a material are kept.
 NO_MATERIAL = ""
 
-# What is farther away than this, in metres, is as good as infinite: the squares of distances that
-# tracing rays needs would overflow float32 at 1.8e19.
-FARTHEST = 1e18
+# What is farther away than this, in metres, is as good as infinite: farther than Jupiter, and
+# beside things ten times as far a set of a metre vanishes in what float32 holds of areas.
+FARTHEST = 1e12
 
 # Triangles whose area is computed at once; memory stays small beside the mesh's own.
 _CHUNK = 1 << 18

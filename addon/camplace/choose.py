@@ -206,8 +206,8 @@ class _Greedy:
         if self.settings.budgeted:
             left = self.left
             if not left.fits(1, 0) or not left.fits(0, RESOLUTIONS[0] ** 2):
-                # Nothing can be paid for. Whether something is worth it is told all the same.
-                yield self._perspective_offers()
+                # No camera more can be paid for. Whether one is worth it is told all the same.
+                yield [*self._perspective_offers(), *self._finer_offers()]
                 return
             yield [*self._cube_offers(), *self._perspective_offers(), *self._finer_offers()]
             return

@@ -117,7 +117,7 @@ class RayCaster:
         distance = np.full(len(origins), np.inf)
         travelled = np.zeros(len(origins))
         active = np.arange(len(origins))
-        for layer in range(MAX_LAYERS):
+        for layer in range(MAX_LAYERS + 1):
             start = origins[active] + travelled[active, None] * directions[active]
             hit, step, barycentric = self._masked.closest(
                 start, directions[active], limit[active] - travelled[active]
@@ -126,7 +126,7 @@ class RayCaster:
             active, hit, step = active[met], hit[met], step[met]
             if not active.size:
                 break
-            opaque = self._mask.opaque_at(hit, barycentric[met]) | (layer == MAX_LAYERS - 1)
+            opaque = self._mask.opaque_at(hit, barycentric[met]) | (layer == MAX_LAYERS)
             reached = travelled[active] + step
             triangle[active[opaque]] = hit[opaque]
             distance[active[opaque]] = reached[opaque]

@@ -134,3 +134,16 @@ def test_earlier_cameras_do_not_break_a_budget_of_texels() -> None:
     after = place_cameras(room_with_box(), (VIEW,), counted, earlier=before.cameras)
     assert after.kept > 0
     assert 0 < after.texels <= 8 * 256**2
+
+
+def test_texels_still_sharpen_when_no_picture_more_is_allowed() -> None:
+    coarse = place_cameras(
+        room_with_box(), (VIEW,), replace(SMALL, cameras=1, texels=256**2, secondaries=0)
+    )
+    assert [camera.resolution for camera in coarse.cameras] == [256]
+    wide = replace(VIEW, width=1280, height=960)  # whose pixels are smaller than those texels
+    kept = place_cameras(
+        room_with_box(), (wide,), replace(SMALL, cameras=1, texels=1024**2), earlier=coarse.cameras
+    )
+    assert len(kept.cameras) == 1
+    assert kept.cameras[0].resolution > 256

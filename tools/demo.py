@@ -123,7 +123,7 @@ def _place(scene: Any, arrays: SceneArrays, out: Path, progress: Progress) -> Pl
     settings = PlacementSettings(max_resolution=PRESETS[PRESET].max_resolution)
     placement = place_cameras(arrays.geometry, views, settings, part_of(progress, 0.0, 0.9))
     progress(0.9, "drawing the cameras")
-    draw_placement(arrays.geometry, placement, out / "cameras.png")
+    draw_placement(arrays.geometry, placement, out / "cameras.png", views)
     return placement
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from addon.camplace import candidates
 from addon.camplace.aim import aimed_camera
 from addon.camplace.camera import CachingCamera
-from addon.camplace.candidates import Candidates
+from addon.camplace.candidates import FINALISTS, Candidates
 from addon.camplace.coverage import joined, seen_by_camera
 from addon.camplace.places import Sights
 from addon.camplace.prepare import Stage, prepare
@@ -110,6 +110,17 @@ def test_proposals_are_added_to_what_is_tried(stage: Stage) -> None:
     assert again is not None
     np.testing.assert_array_equal(again.origin, good[0])
     assert not np.array_equal(again.world_from_camera, best.world_from_camera)
+
+
+def test_of_many_proposals_the_best_is_among_those_kept(stage: Stage) -> None:
+    poor = np.stack([np.linspace(-1.0, 1.0, 3 * FINALISTS), np.zeros(24), np.full(24, -9.0)], -1)
+    good = np.array([[0.0, -1.0, 1.0]])
+    many = np.concatenate([poor, good])
+    nowhere = np.zeros((0, 3))
+    pool = Candidates(stage, Sights(stage), nowhere, lambda _worth: many, RESOLUTION)
+    best = pool.best(np.zeros(len(stage.samples)))
+    assert best is not None
+    np.testing.assert_array_equal(best.origin, good[0])
 
 
 def test_where_nothing_lacks_no_camera_gains(stage: Stage) -> None:

@@ -196,6 +196,9 @@ def test_cameras_ask_for_what_a_finer_bake_can_use() -> None:
     finest = max(camera.resolution for camera in placement.cameras)
     assert finest > 256
     assert placement.shares.view_well < 0.9
+    well = placement.sample_weight @ placement.well_covered
+    assert well == pytest.approx(placement.well_seen[-1])
+    assert well < placement.sample_weight @ placement.covered
     counted = place_cameras(room_with_box(), (_room_view(),), replace(coarse, texels=9 * 256**2))
     assert {camera.resolution for camera in counted.cameras} == {256}
     kept = place_cameras(room_with_box(), (_room_view(),), coarse, earlier=placement.cameras)

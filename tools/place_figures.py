@@ -37,8 +37,7 @@ def draw_curve(axes: Axes, placement: Placement) -> None:
     well = 100.0 * np.array([0.0, *placement.well_seen])
     marker = "o" if count <= MOST_MARKED else ""
     axes.plot(number, covered, color=WELL, lw=2.2, label="seen", marker=marker, ms=4.0)
-    axes.plot(number, well, color="0.35", lw=1.6, ls="--",
-              label="well seen")  # fmt: skip
+    axes.plot(number, well, color="0.35", lw=1.6, ls="--", label="well seen")
     for value, above in ((covered[-1], 6), (well[-1], -13)):
         axes.annotate(f"{value:.1f} %", (count, float(value)), xytext=(-4, above), ha="right",
                       textcoords="offset points", fontsize=9, weight="bold")  # fmt: skip

@@ -16,6 +16,7 @@ from ..scene.geometry import SceneGeometry
 from ..scene.view import View
 from .aim import clip_distances, needed_resolution
 from .box import inside_box
+from .budget import Budget
 from .camera import CachingCamera
 from .choose import Chosen, choose_cameras
 from .coverage import WELL, Seen, joined
@@ -180,7 +181,7 @@ def _placement(
             camera = _with_clips(choice.camera, stage, choice.seen, widen=from_before)
             resolution = camera.resolution
             # Where texels are counted, a camera gets those that were paid for.
-            if settings.texels is None and settings.megabytes is None:
+            if Budget.of(settings).texels is None:
                 resolution = (
                     wanted[camera.id] if from_before else _wanted_resolution(choice, samples)
                 )
@@ -278,17 +279,13 @@ def _warnings(
                 f"The caching cameras cover {100.0 * share:.1f} % of {what}; "
                 + _remedy(chosen, settings, float(hidden) / float(total))
             )
-    blind = [
-        view.name or "the viewport"
-        for view, moved in zip(stage.views, stage.moved, strict=True)
-        if not moved
-    ]
+    blind = [_name(v) for v, moved in zip(stage.views, stage.moved, strict=True) if not moved]
     if blind:
         warnings.append(
             f"No surface is in sight of {', '.join(blind)}: turn it to the set, or mend its clips."
         )
     outside = [
-        view.name or "the viewport"
+        _name(view)
         for view in stage.views
         if view.perspective and not inside_box(view.origin[None], stage.box).all()
     ]
@@ -298,6 +295,10 @@ def _warnings(
             "placed inside the box only."
         )
     return tuple(warnings)
+
+
+def _name(view: View) -> str:
+    return view.name or "the viewport"
 
 
 def _remedy(chosen: Chosen, settings: PlacementSettings, unreachable: float) -> str:

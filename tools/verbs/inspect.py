@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from addon.bake_arguments import camera_numbers
-from addon.caching.channels import CHANNELS
+from addon.caching.channels import CHANNEL_BY_NAME, CHANNELS
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.store import CacheStore
 from addon.errors import InputError
@@ -110,8 +110,6 @@ def _figures(store: CacheStore, framebuffer: DeepFramebuffer) -> dict[str, Any]:
 
 
 def _row(framebuffer: DeepFramebuffer) -> Any:
-    from addon.caching.channels import CHANNEL_BY_NAME
-
     from ..channel_picture import channel_picture
     from ..contact_sheet import Cell, Row
 
@@ -121,11 +119,8 @@ def _row(framebuffer: DeepFramebuffer) -> Any:
     hit = framebuffer.channels["depth"][..., 0] > 0.0
     cells = []
     for name, values in framebuffer.channels.items():
-        _, note = channel_picture(CHANNEL_BY_NAME[name], values, hit)
-        picture, _ = channel_picture(
-            CHANNEL_BY_NAME[name], values[::step, ::step], hit[::step, ::step]
-        )
-        cells.append(Cell(picture, name.replace("_", " "), note))
+        picture, note = channel_picture(CHANNEL_BY_NAME[name], values, hit)
+        cells.append(Cell(picture[::step, ::step], name.replace("_", " "), note))
     what = "face of a cube camera" if camera.kind == "CUBE_FACE" else "secondary camera"
     heading = (
         f"{camera.id}: {what}, {np.degrees(camera.fov):.0f} degrees, "

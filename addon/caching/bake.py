@@ -9,28 +9,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.geometry_reader import NO_MATERIAL
 from ..scene.world_reader import read_world, render_world
-from .aov_render import PASS_NORMAL, Stage, far_is_nothing, staged, without_new_pictures
+from .aov_render import staged, without_new_pictures
+from .bake_camera import bake_camera
 from .bake_settings import BakeSettings, prepare_store
-from .channels import CHANNELS
 from .fingerprint import scene_fingerprint
-from .framebuffer import DeepFramebuffer
 from .linked_surfaces import local_stand_ins
-from .occlusion_filter import smooth_occlusion
-from .plan import ChannelPlan
 from .presets import PRESETS, Preset
 from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, needs_sky, specialized
-from .specialize_closures import DEFAULT_SURFACE
-from .specialize_expression import Constant
 from .store import CacheStore, Manifest
 
 __all__ = ["BakeReport", "BakeSettings", "Preset", "bake_scene"]
@@ -183,7 +175,7 @@ def _bake_cameras(
             message = f"Baking camera {number} of {len(cameras)}"
             progress(0.02 + 0.94 * done / total, message)
             started = time.monotonic()
-            framebuffer = _bake_camera(stage, camera, store.plan, materials, occlusion)
+            framebuffer = bake_camera(stage, camera, store.plan, materials, occlusion)
             rendered = time.monotonic()
             record = store.add_camera(framebuffer)
             baked.raw_bytes += framebuffer.raw_bytes
@@ -192,76 +184,3 @@ def _bake_cameras(
             baked.write_seconds += time.monotonic() - rendered
             done += camera.resolution**2
     return baked
-
-
-def _bake_camera(
-    stage: Stage,
-    camera: CachingCamera,
-    plan: ChannelPlan,
-    materials: Sequence[SpecializedMaterial],
-    occlusion: OcclusionCaster,
-) -> DeepFramebuffer:
-    rendered = stage.render(camera)
-    rendered["depth"] = far_is_nothing(rendered["depth"], camera.far)
-    channels = {name: rendered[name] for name in plan.stored}
-    if NO_MATERIAL in plan.material_names:
-        _show_default(camera, channels, rendered[PASS_NORMAL], plan, occlusion)
-    elif "material_id" in channels:
-        # What is none of the scene's materials is none of its triangles either.
-        channels["depth"][channels["material_id"] == 0.0] = 0.0
-    nothing = channels["depth"] == 0.0
-    for values in channels.values():
-        np.copyto(values, np.float32(0.0), where=nothing)
-    _check_finite(channels, materials, camera)
-    if "ambient_occlusion" in channels:
-        channels["ambient_occlusion"] = smooth_occlusion(
-            camera, channels["ambient_occlusion"], channels["depth"], channels["normal"]
-        )
-    return DeepFramebuffer(camera, channels)
-
-
-def _show_default(
-    camera: CachingCamera,
-    channels: dict[str, NDArray[np.float32]],
-    normal: NDArray[np.float32],
-    plan: ChannelPlan,
-    occlusion: OcclusionCaster,
-) -> None:
-    """Surfaces without a material write no AOVs: give them Cycles' default surface."""
-    if "material_id" not in channels:
-        missing = channels["depth"][..., 0] > 0.0
-    else:
-        missing = (channels["depth"][..., 0] > 0.0) & (channels["material_id"][..., 0] == 0.0)
-    values: dict[str, Any] = {
-        "material_id": 1.0 + plan.material_names.index(NO_MATERIAL),
-        "normal": normal[missing],
-    }
-    if "ambient_occlusion" in channels and missing.any():
-        depth = channels["depth"][..., 0]
-        share = occlusion.open_share(camera, missing, depth, normal[missing])
-        values["ambient_occlusion"] = share[:, None]
-    for channel in CHANNELS:
-        if channel.name in channels and channel.name != "depth":
-            default = getattr(DEFAULT_SURFACE, channel.name, None)
-            fallback = default.values if isinstance(default, Constant) else channel.neutral
-            channels[channel.name][missing] = values.get(channel.name, fallback)
-
-
-def _check_finite(
-    channels: Mapping[str, NDArray[np.float32]],
-    materials: Sequence[SpecializedMaterial],
-    camera: CachingCamera,
-) -> None:
-    for name, pixels in channels.items():
-        finite = np.isfinite(pixels)
-        if finite.all():
-            continue
-        broken = ~finite.all(axis=-1)
-        number = 1
-        if "material_id" in channels:
-            number = int(np.nan_to_num(channels["material_id"][broken][0, 0]))
-        material = materials[number - 1].name if 0 < number <= len(materials) else "(none)"
-        raise InputError(
-            f"material '{material}' gives a {name} that is not finite (caching camera "
-            f"{camera.id}); mend its nodes"
-        )

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Bakes one caching camera: Cycles' AOVs made into a deep framebuffer."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camplace.camera import CachingCamera
+from ..errors import InputError
+from ..scene.geometry_reader import NO_MATERIAL
+from .aov_render import PASS_NORMAL, Stage, far_is_nothing
+from .channels import CHANNELS
+from .framebuffer import DeepFramebuffer
+from .occlusion_filter import smooth_occlusion
+from .plan import ChannelPlan
+from .ray_occlusion import OcclusionCaster
+from .specialize import SpecializedMaterial
+from .specialize_closures import DEFAULT_SURFACE
+from .specialize_expression import Constant
+
+
+def bake_camera(
+    stage: Stage,
+    camera: CachingCamera,
+    plan: ChannelPlan,
+    materials: Sequence[SpecializedMaterial],
+    occlusion: OcclusionCaster,
+) -> DeepFramebuffer:
+    """The deep framebuffer of one camera.
+
+    Args:
+        stage: renders the AOVs of the plan's stored channels.
+        camera: at the resolution that is baked.
+        plan: of the scene's materials.
+        materials: what `plan` numbers, to name one in an error.
+        occlusion: casts the rays of surfaces that have no material.
+
+    Raises:
+        InputError: Cycles wrote no picture, or a material gives values that are not finite.
+    """
+    rendered = stage.render(camera)
+    rendered["depth"] = far_is_nothing(rendered["depth"], camera.far)
+    channels = {name: rendered[name] for name in plan.stored}
+    if NO_MATERIAL in plan.material_names:
+        _show_default(camera, channels, rendered[PASS_NORMAL], plan, occlusion)
+    elif "material_id" in channels:
+        # What is none of the scene's materials is none of its triangles either.
+        channels["depth"][channels["material_id"] == 0.0] = 0.0
+    nothing = channels["depth"] == 0.0
+    for values in channels.values():
+        np.copyto(values, np.float32(0.0), where=nothing)
+    _check_finite(channels, materials, camera)
+    if "ambient_occlusion" in channels:
+        channels["ambient_occlusion"] = smooth_occlusion(
+            camera, channels["ambient_occlusion"], channels["depth"], channels["normal"]
+        )
+    return DeepFramebuffer(camera, channels)
+
+
+def _show_default(
+    camera: CachingCamera,
+    channels: dict[str, NDArray[np.float32]],
+    normal: NDArray[np.float32],
+    plan: ChannelPlan,
+    occlusion: OcclusionCaster,
+) -> None:
+    """Surfaces without a material write no AOVs: give them Cycles' default surface."""
+    if "material_id" not in channels:
+        missing = channels["depth"][..., 0] > 0.0
+    else:
+        missing = (channels["depth"][..., 0] > 0.0) & (channels["material_id"][..., 0] == 0.0)
+    values: dict[str, Any] = {
+        "material_id": 1.0 + plan.material_names.index(NO_MATERIAL),
+        "normal": normal[missing],
+    }
+    if "ambient_occlusion" in channels and missing.any():
+        depth = channels["depth"][..., 0]
+        share = occlusion.open_share(camera, missing, depth, normal[missing])
+        values["ambient_occlusion"] = share[:, None]
+    for channel in CHANNELS:
+        if channel.name in channels and channel.name != "depth":
+            default = getattr(DEFAULT_SURFACE, channel.name, None)
+            fallback = default.values if isinstance(default, Constant) else channel.neutral
+            channels[channel.name][missing] = values.get(channel.name, fallback)
+
+
+def _check_finite(
+    channels: Mapping[str, NDArray[np.float32]],
+    materials: Sequence[SpecializedMaterial],
+    camera: CachingCamera,
+) -> None:
+    for name, pixels in channels.items():
+        finite = np.isfinite(pixels)
+        if finite.all():
+            continue
+        broken = ~finite.all(axis=-1)
+        number = 1
+        if "material_id" in channels:
+            number = int(np.nan_to_num(channels["material_id"][broken][0, 0]))
+        material = materials[number - 1].name if 0 < number <= len(materials) else "(none)"
+        raise InputError(
+            f"material '{material}' gives a {name} that is not finite (caching camera "
+            f"{camera.id}); mend its nodes"
+        )

@@ -15,6 +15,7 @@ from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.geometry_reader import NO_MATERIAL
 from ..scene.world_reader import read_world, render_world
+from ..time_left import time_left
 from .aov_render import staged, without_new_pictures
 from .bake_camera import bake_camera
 from .bake_settings import BakeSettings, prepare_store
@@ -168,12 +169,15 @@ def _bake_cameras(
     baked = _Baked()
     if not cameras:
         return baked
-    done, total = 0, sum(camera.resolution**2 for camera in cameras)
+    texels = [camera.resolution**2 for camera in cameras]
+    timed: list[tuple[int, float]] = []
     has_default = NO_MATERIAL in store.plan.material_names
     with staged(scene, store.plan.stored, has_normal=has_default, sky_rays=sky_rays) as stage:
         for number, camera in enumerate(cameras, start=1):
-            message = f"Baking camera {number} of {len(cameras)}"
-            progress(0.02 + 0.94 * done / total, message)
+            done = len(timed)
+            left = time_left(timed, texels[done:])
+            message = f"Baking camera {number} of {len(cameras)}{left}"
+            progress(0.02 + 0.94 * sum(texels[:done]) / sum(texels), message)
             started = time.monotonic()
             framebuffer = bake_camera(stage, camera, store.plan, materials, occlusion)
             rendered = time.monotonic()
@@ -182,5 +186,5 @@ def _bake_cameras(
             baked.stored_bytes += record.size
             baked.render_seconds += rendered - started
             baked.write_seconds += time.monotonic() - rendered
-            done += camera.resolution**2
+            timed.append((camera.resolution**2, time.monotonic() - started))
     return baked

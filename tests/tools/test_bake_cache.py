@@ -65,6 +65,7 @@ def test_bakes_in_parts_and_tells_its_progress(shot: tuple[Path, Path], tmp_path
     shares = [step["progress"] for step in steps if "progress" in step]
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+    assert any(step.get("message") == "Baking camera 1 of 1" for step in steps)
     assert last["result"]["baked"] == 1
 
     run = bake_cache(*words, "--resume")
@@ -122,7 +123,8 @@ def test_a_stopped_bake_keeps_what_is_finished_and_leaves_no_temporary_files(
         env=os.environ | {"TMPDIR": str(temporary)},
     )
     assert process.stdout is not None
-    assert any("Baking camera 3 of" in line for line in process.stdout)
+    third = next(line for line in process.stdout if "Baking camera 3 of 500" in line)
+    assert json.loads(third)["message"].endswith(" left")
     process.send_signal(number)
     told, errors = process.communicate(timeout=60)
     assert process.returncode == 1

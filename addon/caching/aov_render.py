@@ -24,7 +24,7 @@ from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..scene.temporary_render import render_to
 from ..stopping import uninterrupted
-from .channels import CHANNEL_BY_NAME
+from .plan import ChannelPlan
 from .specialize import AOV_PREFIX
 
 # The key of Cycles' own normal among the rendered channels.
@@ -54,6 +54,7 @@ class Stage:
         path: Path,
         channels: Sequence[str],
         *,
+        single: frozenset[str],
         has_normal: bool,
         sky_rays: int,
     ) -> None:
@@ -65,8 +66,7 @@ class Stage:
         self._passes = {"depth": ("Depth", "Z")}
         for name in channels:
             if name != "depth" and not (name == "ambient_occlusion" and sky_rays):
-                single = CHANNEL_BY_NAME[name].components == 1
-                self._passes[name] = (AOV_PREFIX + name, "X" if single else "RGB")
+                self._passes[name] = (AOV_PREFIX + name, "X" if name in single else "RGB")
         if has_normal:
             self._passes[PASS_NORMAL] = ("Normal", "XYZ")
 
@@ -135,13 +135,13 @@ def _plane(planes: dict[str, NDArray[np.float32]], layer: str, letter: str) -> A
 
 @contextmanager
 def staged(
-    scene: Any, channels: Sequence[str], *, has_normal: bool, sky_rays: int = 0
+    scene: Any, plan: ChannelPlan, *, has_normal: bool, sky_rays: int = 0
 ) -> Iterator[Stage]:
     """A `Stage` for `scene`, a `bpy.types.Scene`, taken down again at the end.
 
     Args:
         scene: whose objects are rendered, at its current frame.
-        channels: names of the channels to render.
+        plan: whose stored channels are rendered.
         has_normal: whether Cycles' own normal is wanted beside them.
         sky_rays: rays of each texel towards a white sky, where its light is the channel of
             ambient occlusion; 0 where that is an AOV or is not wanted.
@@ -162,11 +162,20 @@ def staged(
             data.lens_unit = "FOV"
             _set_up_render(stage, path)
             _set_up_cycles(stage.cycles)
-            aovs = [name for name in channels if not (name == "ambient_occlusion" and sky_rays)]
-            _set_up_layer(stage, aovs, has_normal)
+            single = frozenset(name for name in plan.stored if plan.components(name) == 1)
+            aovs = [n for n in plan.stored if not (n == "ambient_occlusion" and sky_rays)]
+            _set_up_layer(stage, aovs, single, has_normal)
             if sky is not None:
                 stage.view_layers[0].lightgroups.add(name=_SKY)
-            yield Stage(stage, camera, path, channels, has_normal=has_normal, sky_rays=sky_rays)
+            yield Stage(
+                stage,
+                camera,
+                path,
+                plan.stored,
+                single=single,
+                has_normal=has_normal,
+                sky_rays=sky_rays,
+            )
     finally:
         with uninterrupted():
             # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of
@@ -239,7 +248,9 @@ def _set_up_cycles(cycles: Any) -> None:
     cycles.time_limit = 0.0
 
 
-def _set_up_layer(stage: Any, channels: Sequence[str], has_normal: bool) -> None:
+def _set_up_layer(
+    stage: Any, channels: Sequence[str], single: frozenset[str], has_normal: bool
+) -> None:
     """The view layer that the geometry is read from, with nothing that has no triangles."""
     layer = next((layer for layer in stage.view_layers if layer.use), stage.view_layers[0])
     for other in stage.view_layers:
@@ -264,7 +275,7 @@ def _set_up_layer(stage: Any, channels: Sequence[str], has_normal: bool) -> None
             continue
         aov = layer.aovs.add()
         aov.name = AOV_PREFIX + name
-        aov.type = "VALUE" if CHANNEL_BY_NAME[name].components == 1 else "COLOR"
+        aov.type = "VALUE" if name in single else "COLOR"
 
 
 def far_is_nothing(depth: NDArray[np.float32], far: float) -> NDArray[np.float32]:

@@ -172,7 +172,7 @@ def _bake_cameras(
     texels = [camera.resolution**2 for camera in cameras]
     timed: list[tuple[int, float]] = []
     has_default = NO_MATERIAL in store.plan.material_names
-    with staged(scene, store.plan.stored, has_normal=has_default, sky_rays=sky_rays) as stage:
+    with staged(scene, store.plan, has_normal=has_default, sky_rays=sky_rays) as stage:
         for number, camera in enumerate(cameras, start=1):
             done = len(timed)
             left = time_left(timed, texels[done:])

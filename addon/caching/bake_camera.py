@@ -13,12 +13,12 @@ from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..scene.geometry_reader import NO_MATERIAL
 from .aov_render import PASS_NORMAL, Stage, far_is_nothing
-from .channels import CHANNELS
+from .channels import CHANNEL_BY_NAME
 from .framebuffer import DeepFramebuffer
 from .occlusion_filter import smooth_occlusion
 from .plan import ChannelPlan
 from .ray_occlusion import OcclusionCaster
-from .specialize import SpecializedMaterial
+from .specialize import SpecializedMaterial, channel_expression
 from .specialize_closures import DEFAULT_SURFACE
 from .specialize_expression import Constant
 
@@ -75,17 +75,21 @@ def _show_default(
         missing = (channels["depth"][..., 0] > 0.0) & (channels["material_id"][..., 0] == 0.0)
     values: dict[str, Any] = {
         "material_id": 1.0 + plan.material_names.index(NO_MATERIAL),
-        "normal": normal[missing],
     }
     if "ambient_occlusion" in channels and missing.any():
         depth = channels["depth"][..., 0]
         share = occlusion.open_share(camera, missing, depth, normal[missing])
         values["ambient_occlusion"] = share[:, None]
-    for channel in CHANNELS:
-        if channel.name in channels and channel.name != "depth":
-            default = getattr(DEFAULT_SURFACE, channel.name, None)
-            fallback = default.values if isinstance(default, Constant) else channel.neutral
-            channels[channel.name][missing] = values.get(channel.name, fallback)
+    for name, pixels in channels.items():
+        channel = CHANNEL_BY_NAME[name]
+        if name in values:
+            pixels[missing] = values[name]
+        elif channel.field == "normal":
+            pixels[missing] = normal[missing]
+        elif name != "depth":
+            default = channel_expression(DEFAULT_SURFACE, channel)
+            assert isinstance(default, Constant)
+            pixels[missing] = default.values[: pixels.shape[-1]]
 
 
 def _check_finite(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from .channels import CHANNEL_BY_NAME, Precision
+from .octahedral import NORMAL_BYTES
 from .precision import wide_channels
 
 
@@ -19,9 +20,9 @@ class DeepFramebuffer:
 
     Attributes:
         camera: with the resolution R at which it was baked.
-        channels: each stored channel's (R, R, components) float32; row 0 is v = 0, the
-            picture's bottom, and column 0 is u = 0. Depth is 0 where nothing is hit, and
-            so is everything else there.
+        channels: each stored channel's (R, R, components) float32, a grey one's (R, R, 1); row
+            0 is v = 0, the picture's bottom, and column 0 is u = 0. Depth is 0 where nothing is
+            hit, and so is everything else there.
         wide: names of the channels that half precision is named for, but does not hold (see
             `precision`). Looked for in the values, unless the caller knows them and says so.
     """
@@ -34,9 +35,12 @@ class DeepFramebuffer:
     def __post_init__(self, known_wide: frozenset[str] | None) -> None:
         side = self.camera.resolution
         for name, values in self.channels.items():
-            shape = (side, side, CHANNEL_BY_NAME[name].components)
-            if values.shape != shape or values.dtype != np.float32:
-                raise ValueError(f"{name} is {values.shape} {values.dtype}, not {shape} float32")
+            shapes = [(side, side, n) for n in (CHANNEL_BY_NAME[name].components, 1)]
+            is_normal = CHANNEL_BY_NAME[name].field == "normal"
+            if values.shape not in shapes[: 1 if is_normal else 2] or values.dtype != np.float32:
+                raise ValueError(
+                    f"{name} is {values.shape} {values.dtype}, not {shapes[0]} float32"
+                )
         wide = wide_channels(self.channels) if known_wide is None else known_wide
         object.__setattr__(self, "wide", wide)
 
@@ -46,8 +50,11 @@ class DeepFramebuffer:
 
     @property
     def raw_bytes(self) -> int:
-        """Bytes that its channels take uncompressed."""
-        return sum(
-            values.size * (2 if self.precision(name) == "half" else 4)
-            for name, values in self.channels.items()
-        )
+        """Bytes that its channels take on disk before compression."""
+        total = 0
+        for name, values in self.channels.items():
+            if CHANNEL_BY_NAME[name].field == "normal":
+                total += values.size // 3 * NORMAL_BYTES
+            else:
+                total += values.size * (2 if self.precision(name) == "half" else 4)
+        return total

@@ -39,7 +39,11 @@ def wide_channels(channels: Mapping[str, NDArray[np.float32]]) -> frozenset[str]
     Args:
         channels: (R, R, components) float32 by name, all finite.
     """
-    halves = [name for name in channels if CHANNEL_BY_NAME[name].precision == "half"]
+    halves = [
+        name
+        for name in channels
+        if CHANNEL_BY_NAME[name].precision == "half" and CHANNEL_BY_NAME[name].field != "normal"
+    ]
     return frozenset(name for name in halves if _is_wide(name, channels))
 
 

@@ -2,9 +2,9 @@
 """Splits a scene's materials into what is cached and what is shaded.
 
 For each material, a copy is made whose lobes (see `channels`) are read into expressions. What
-is the same constant in all materials becomes a constant of the plan; the rest is written into
-AOVs of the copies, which the bake renders in the materials' place (Ragan-Kelley et al. 2007,
-section 3, does the same with RenderMan shaders).
+varies over a material (see `material_plan`) is written into AOVs of the copies, which the bake
+renders in the materials' place (Ragan-Kelley et al. 2007, section 3, does the same with RenderMan
+shaders).
 """
 
 from __future__ import annotations
@@ -16,19 +16,17 @@ from typing import Any
 
 import bpy
 
-from .channels import CHANNELS, Channel
-from .plan import Approximation, ChannelPlan
+from .channels import CHANNEL_BY_NAME, Channel
+from .material_plan import expression_of_surface, plan_channels
+from .plan import ChannelPlan
 from .specialize_closures import DEFAULT_SURFACE, ShaderReader
 from .specialize_expression import ONE, ZERO, Constant, Expression, Socket, is_zero
-from .specialize_lobes import Lobes, scale, unit_normal
+from .specialize_lobes import Lobe, Lobes, expression_of, scale, unit_normal
 from .specialize_tree import TreeContext
 from .view_dependence import view_dependent_effects
 
 # AOVs are named after their channels behind this.
 AOV_PREFIX = "relume_"
-
-# Depth comes from Cycles' own pass; these two are not of a material.
-_NOT_LOBES = ("depth", "material_id", "normal", "ambient_occlusion")
 
 # Opaque at or above this share (the same rule as for rasterized triangles).
 CUT_OUT_AT = 0.5
@@ -80,7 +78,12 @@ def specialized(
     swapped: list[SpecializedMaterial] = []
     try:
         materials.extend(_specialize(name, trees) for name in material_names)
-        plan = _plan(materials, ambient_samples > 0)
+        plan = plan_channels(
+            [material.name for material in materials],
+            [material.lobes for material in materials],
+            [material.effects for material in materials],
+            has_ambient=ambient_samples > 0,
+        )
         # The Ambient Occlusion node takes cut-outs for solid: there a sky's light is measured.
         in_sky = needs_sky(plan, materials)
         for number, material in enumerate(materials, start=1):
@@ -117,7 +120,8 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     tree = copy.node_tree
     if tree is None:
         colour = Constant(tuple(float(x) for x in original.diffuse_color[:3]))
-        return SpecializedMaterial(name, original, copy, None, Lobes(diffuse_color=colour), ())
+        lobes = Lobes.of(Lobe(diffuse_color=colour))
+        return SpecializedMaterial(name, original, copy, None, lobes, ())
     reader = ShaderReader()
     context = TreeContext(tree, trees)
     output = _active_output(tree)
@@ -127,7 +131,7 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     if _is_displaced(original, output):
         reader.report("its displacement is shown as bump")
     lobes = _unpremultiplied(context, lobes)
-    for effect in view_dependent_effects(original.node_tree, _exact_in(original, reader, copy)):
+    for effect in view_dependent_effects(tree, reader.exact):
         reader.report(effect)
     return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))
 
@@ -149,71 +153,19 @@ def _unpremultiplied(context: TreeContext, lobes: Lobes) -> Lobes:
     return replace(scale(build, lobes, whole), transparency=lobes.transparency)
 
 
-def _exact_in(original: Any, reader: ShaderReader, copy: Any) -> set[int]:
-    """The original's counterparts of the copy's nodes that are represented exactly."""
-    exact_names = {node.name for node in copy.node_tree.nodes if node.as_pointer() in reader.exact}
-    return {node.as_pointer() for node in original.node_tree.nodes if node.name in exact_names}
-
-
 def _active_output(tree: Any) -> Any:
     """The output that Cycles renders."""
     return tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
 
 
-def _plan(materials: Sequence[SpecializedMaterial], has_ambient: bool) -> ChannelPlan:
-    """What must be stored: whatever is not one constant over all materials."""
-    stored = ["depth"]
-    constants: dict[str, tuple[float, ...]] = {}
-    if len(materials) > 1:
-        stored.append("material_id")
-    else:
-        constants["material_id"] = (1.0,)
-    stored.append("normal")
-    for channel in CHANNELS:
-        if channel.name in _NOT_LOBES:
-            continue
-        value = _common_constant(channel, materials)
-        if value is None:
-            stored.append(channel.name)
-        elif value != channel.neutral:
-            constants[channel.name] = value
-    if has_ambient:
-        stored.append("ambient_occlusion")
-    return ChannelPlan(
-        stored=tuple(stored),
-        constants=constants,
-        material_names=tuple(material.name for material in materials),
-        approximations=tuple(
-            Approximation(material.name or "(none)", effect)
-            for material in materials
-            for effect in material.effects
-        ),
-    )
-
-
-def _common_constant(
-    channel: Channel, materials: Sequence[SpecializedMaterial]
-) -> tuple[float, ...] | None:
-    """The one value that a channel has in all materials; None if it varies.
-
-    Materials without a specular lobe have no say in its roughness.
-    """
-    values = set()
-    for material in materials:
-        if channel.name == "roughness" and not material.lobes.has_specular:
-            continue
-        expression = getattr(material.lobes, channel.name)
-        if not isinstance(expression, Constant):
-            return None
-        values.add(_widened(expression, channel))
-    if not values:
-        return channel.neutral
-    return values.pop() if len(values) == 1 else None
-
-
-def _widened(constant: Constant, channel: Channel) -> tuple[float, ...]:
-    values = tuple(float(x) for x in constant.values)
-    return values if len(values) == channel.components else values[:1] * channel.components
+def channel_expression(lobes: Lobes, channel: Channel) -> Expression:
+    """What a material writes into a channel; neutral where it has no such lobe."""
+    neutral = Constant(channel.neutral)
+    if not channel.lobe:
+        return expression_of_surface(lobes, channel)
+    if channel.lobe > len(lobes.each):
+        return neutral
+    return expression_of(lobes.each[channel.lobe - 1], channel.field) or neutral
 
 
 def _instrument(
@@ -235,28 +187,32 @@ def _instrument(
     build = context.build
     tree = context.tree
     opacity = build.at_least(build.complement(material.lobes.transparency), CUT_OUT_AT)
-    normal = unit_normal(build, material.lobes.normal)
-    for channel in CHANNELS:
-        if channel.name not in plan.stored or channel.name == "depth":
-            continue
-        if channel.name == "ambient_occlusion" and not ambient_samples:
+    normals = [unit_normal(build, lobe.normal) for lobe in material.lobes.each or (Lobe(),)]
+    for name in plan.stored:
+        channel = CHANNEL_BY_NAME[name]
+        if name == "depth" or (name == "ambient_occlusion" and not ambient_samples):
             continue
         expression: Expression
-        if channel.name == "material_id":
+        if name == "material_id":
             expression = Constant((float(number),))
-        elif channel.name == "normal":
-            expression = normal
-        elif channel.name == "ambient_occlusion":
-            expression = _ambient_occlusion(context, normal, ambient_samples)
+        elif name == "ambient_occlusion":
+            expression = _ambient_occlusion(context, normals[0], ambient_samples)
+        elif channel.field == "normal":
+            # What has fewer lobes reads none of the others: any normal serves.
+            expression = normals[min(channel.lobe, len(normals)) - 1]
         else:
-            expression = getattr(material.lobes, channel.name)
+            expression = channel_expression(material.lobes, channel)
+        components = plan.components(name)
         aov = tree.nodes.new("ShaderNodeOutputAOV")
-        aov.aov_name = AOV_PREFIX + channel.name
-        socket = aov.inputs["Value" if channel.components == 1 else "Color"]
-        value = build.convert(expression, channel.components, "VALUE")
+        aov.aov_name = AOV_PREFIX + name
+        socket = aov.inputs["Value" if components == 1 else "Color"]
+        if components == 1 and isinstance(expression, Constant):
+            expression = Constant(expression.values[:1])
+        value = build.convert(expression, components, "VALUE")
         build.assign(socket, build.multiply(value, opacity))
     if "ambient_occlusion" in plan.stored and not ambient_samples:
-        _make_sky_lit(context, opacity, build.complement(material.lobes.transparency), normal)
+        alpha = build.complement(material.lobes.transparency)
+        _make_sky_lit(context, opacity, alpha, normals[0])
     else:
         _make_cut_out(context, opacity)
 

@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Turns the shader nodes of Cycles into lobes.
 
-The Principled BSDF follows Blender's manual and Cycles' closure_principled: a metal lobe, a
-dielectric lobe with F0 from the IOR, scaled by the specular level and tinted, and a diffuse
-lobe that the dielectric lobe's albedo takes light from.
+The Principled BSDF follows Blender's manual and Cycles' svm/closure.h: a coat over all else, a
+metal lobe with the F82 model's edge tint, a dielectric lobe with F0 from the IOR, scaled by the
+specular level and tinted, and a diffuse lobe that the dielectric lobe's albedo takes light from.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
 from ..scene.node_reader import source_of
 from . import specialize_lobes
+from .channels import Distribution, ViewCurve
 from .specialize_expression import (
+    BLACK,
     ONE,
     ZERO,
     Constant,
@@ -24,10 +26,8 @@ from .specialize_expression import (
     is_constant,
     is_zero,
 )
-from .specialize_lobes import Lobes
+from .specialize_lobes import Lobe, Lobes, Reporter, ViewWeight
 from .specialize_tree import TreeContext, group_output
-
-Report = Callable[[str], None]
 
 
 class ShaderReader:
@@ -35,13 +35,22 @@ class ShaderReader:
 
     Attributes:
         effects: a sentence for each approximation, in the order found.
-        exact: nodes whose dependence on the view is represented exactly enough not to be
-            reported, by their pointers.
     """
 
     def __init__(self) -> None:
         self.effects: dict[str, None] = {}
-        self.exact: set[int] = set()
+        # Inputs that take a curve of the view as a mix factor, by the node that gives it.
+        self._factors: dict[Any, set[tuple[Any, str]]] = {}
+
+    @property
+    def exact(self) -> frozenset[int]:
+        """Pointers of the nodes whose values go nowhere else than into mix factors that are
+        shaded at run time."""
+        return frozenset(
+            node.as_pointer()
+            for node, taken in self._factors.items()
+            if {sink for output in node.outputs for sink in _sinks(output)} <= taken
+        )
 
     def report(self, effect: str) -> None:
         self.effects[effect] = None
@@ -85,36 +94,71 @@ class ShaderReader:
 
     def _mix(self, context: TreeContext, node: Any) -> Lobes:
         build = context.build
-        f0 = self._fresnel_f0(context, node.inputs[0])
-        factor = build.clamp(context.value(node.inputs[0])) if f0 is None else f0
-        if is_zero(factor):
+        by_view = self._view_curve(context, node.inputs[0])
+        if by_view is None:
+            factor = build.clamp(context.value(node.inputs[0]))
+        else:
+            curve, factor = by_view
+        # A curve is 0 or 1 at the front only if it is so everywhere, or starts there.
+        if is_zero(factor) and by_view is None:
             return self.shader(context, node.inputs[1])
         if is_constant(factor, 1.0):
             return self.shader(context, node.inputs[2])
         first, second = (self.shader(context, node.inputs[i]) for i in (1, 2))
-        if f0 is None:
+        if by_view is None:
             return specialize_lobes.mix(build, first, second, factor, self.report)
-        return specialize_lobes.mix_by_fresnel(build, first, second, f0, self.report)
+        return specialize_lobes.mix_by_view(build, first, second, curve, factor, self.report)
 
-    def _fresnel_f0(self, context: TreeContext, socket: Any) -> Expression | None:
-        """F0 of the dielectric whose Fresnel term is the factor; None for another factor."""
+    def _view_curve(
+        self, context: TreeContext, socket: Any
+    ) -> tuple[ViewWeight, Expression] | None:
+        """The curve of the view that a factor is, and its value where a surface is looked at
+        straight on; None for another factor."""
         origin = context.origin(socket)
         if origin is None or origin[0] is not context:
             return None
         output = origin[1]
         node, build = output.node, context.build
         if node.bl_idname == "ShaderNodeFresnel":
+            # Cycles keeps 1e-5 as the smallest IOR; the same bound keeps this division defined.
             ior = build.maximum(context.value(node.inputs["IOR"]), Constant((1e-5,)))
-        elif node.bl_idname == "ShaderNodeLayerWeight" and output.identifier == "Fresnel":
+            found = _fresnel_curve(build, ior)
+        elif node.bl_idname != "ShaderNodeLayerWeight":
+            return None
+        elif output.identifier == "Fresnel":
             # Cycles' Layer Weight: the IOR is 1 / (1 - blend).
             facing = build.complement(context.value(node.inputs["Blend"]))
             ior = build.divide(ONE, build.maximum(facing, Constant((1e-5,))))
+            found = _fresnel_curve(build, ior)
         else:
-            return None
-        # Cycles keeps 1e-5 as the smallest IOR; the same bound keeps this division defined.
-        if len(output.links) == 1:
-            self.exact.add(node.as_pointer())
-        return f0_from_ior(build, ior)
+            found = _facing_curve(build, context.value(node.inputs["Blend"]))
+        self._factors.setdefault(node, set()).add((socket.node, socket.identifier))
+        return found
+
+
+def _sinks(output: Any) -> Iterator[tuple[Any, str]]:
+    """Node and identifier of each input that an output ends in, beyond reroutes."""
+    for link in output.links:
+        if link.to_node.bl_idname == "NodeReroute":
+            yield from _sinks(link.to_node.outputs[0])
+        else:
+            yield link.to_node, link.to_socket.identifier
+
+
+def _fresnel_curve(build: ExpressionBuilder, ior: Expression) -> tuple[ViewWeight, Expression]:
+    f0 = f0_from_ior(build, ior)
+    return ViewWeight(curve=Constant((float(ViewCurve.FRESNEL),)), parameter=f0), f0
+
+
+def _facing_curve(build: ExpressionBuilder, blend: Expression) -> tuple[ViewWeight, Expression]:
+    """1 - |NoV|^e; e is 2 blend up to a half, and 1 / (2 - 2 blend) above (Cycles'
+    svm_node_layer_weight)."""
+    blend = build.minimum(build.maximum(blend, ZERO), Constant((1.0 - 1e-5,)))
+    high = build.greater(blend, 0.5)
+    below = build.multiply(blend, Constant((2.0,)))
+    above = build.divide(Constant((0.5,)), build.complement(blend))
+    exponent = build.mix(below, above, high)
+    return ViewWeight(curve=Constant((float(ViewCurve.FACING),)), parameter=exponent), ZERO
 
 
 def f0_from_ior(build: ExpressionBuilder, ior: Expression) -> Expression:
@@ -126,7 +170,7 @@ def f0_from_ior(build: ExpressionBuilder, ior: Expression) -> Expression:
 class _ClosureInputs:
     """A closure node's inputs, by identifier, each limited as Cycles limits it."""
 
-    def __init__(self, context: TreeContext, node: Any, report: Report) -> None:
+    def __init__(self, context: TreeContext, node: Any, report: Reporter) -> None:
         self.context = context
         self.build = context.build
         self.node = node
@@ -173,27 +217,59 @@ def _principled(inputs: _ClosureInputs) -> Lobes:
     glass_f0 = build.minimum(build.multiply(tint, ior_f0), ONE)
     glass = build.multiply(not_metal, transmission)
 
-    metal_f0 = build.multiply(build.minimum(base, ONE), metallic)
+    metal_f0 = build.minimum(base, ONE)
     dielectric_f0 = build.multiply(f0_tinted, opaque)
-    specular_f0 = build.add(build.add(metal_f0, dielectric_f0), build.multiply(glass_f0, glass))
-    specular_f90 = build.add(build.add(metallic, build.multiply(f90, opaque)), glass)
-    lobes = Lobes(
+    specular_f0 = build.add(
+        build.add(build.multiply(metal_f0, metallic), dielectric_f0),
+        build.multiply(glass_f0, glass),
+    )
+    dip = edge_dip(build, metal_f0, build.minimum(tint, ONE))
+    lobe = Lobe(
         diffuse_color=build.multiply(base, opaque),
+        diffuse_roughness=inputs.unit("Diffuse Roughness"),
         layer_f0=build.largest(f0_tinted),
         layer_f90=f90,
         specular_f0=specular_f0,
-        specular_f90=build.convert(specular_f90, 3, "VALUE"),
+        specular_f90=build.add(build.add(metallic, build.multiply(f90, opaque)), glass),
+        dielectric=build.add(opaque, glass),
+        specular_dip=build.multiply(dip, metallic),
         roughness=inputs.unit("Roughness"),
-        emission=_emission(
-            build, inputs.value("Emission Color"), inputs.value("Emission Strength")
-        ),
+        distribution=_PRINCIPLED_DISTRIBUTIONS[inputs.node.distribution],
         normal=inputs.normal,
     )
+    emission = _emission(build, inputs.value("Emission Color"), inputs.value("Emission Strength"))
+    lobes = Lobes((lobe,), emission)
     if inputs.used("Coat Weight"):
         lobes = _coated(inputs, lobes)
     alpha = inputs.unit("Alpha")
     lobes = specialize_lobes.scale(build, lobes, alpha)
     return replace(lobes, transparency=build.complement(alpha))
+
+
+def edge_dip(build: ExpressionBuilder, f0: Expression, tint: Expression) -> Expression:
+    """The factor of LoH (1 - LoH)^6 that brings Schlick's reflectance at LoH = 1/7 down to `tint`
+    times itself (Kutz, Hasan and Edmondson, Novel aspects of the Adobe Standard Material, 2021)."""
+    if is_constant(tint, 1.0):
+        return BLACK
+    weight = (6.0 / 7.0) ** 5
+    schlick = build.mix(f0, ONE, Constant((weight,)))
+    lost = build.multiply(schlick, build.complement(tint))
+    return build.multiply(lost, Constant((7.0 / (weight * 6.0 / 7.0),)))
+
+
+def _distribution(model: Distribution) -> Constant:
+    return Constant((float(model),))
+
+
+_PRINCIPLED_DISTRIBUTIONS = {
+    "MULTI_GGX": _distribution(Distribution.MULTI_GGX),
+    "GGX": _distribution(Distribution.GGX),
+}
+_GLOSSY_DISTRIBUTIONS = {
+    **_PRINCIPLED_DISTRIBUTIONS,
+    "BECKMANN": _distribution(Distribution.BECKMANN),
+    "ASHIKHMIN_SHIRLEY": _distribution(Distribution.ASHIKHMIN_SHIRLEY),
+}
 
 
 def _report_principled(inputs: _ClosureInputs) -> None:
@@ -203,43 +279,42 @@ def _report_principled(inputs: _ClosureInputs) -> None:
         ("Sheen Weight", "sheen is left out"),
         ("Thin Film Thickness", "the thin film is left out"),
         ("Anisotropic", "anisotropic reflection is shown as isotropic"),
-        ("Diffuse Roughness", "rough diffuse reflection is shown as Lambertian"),
     ):
         if inputs.used(identifier):
             inputs.approximate(effect)
-    if inputs.used("Metallic") and not is_constant(inputs.positive("Specular Tint"), 1.0):
-        inputs.approximate("the edge tint of its metal is left out")
 
 
 def _coated(inputs: _ClosureInputs, base: Lobes) -> Lobes:
-    """A clear coat over other lobes; what it reflects it takes from them."""
+    """A clear coat over other lobes; what it reflects to the viewer it takes from them."""
     build = inputs.build
-    inputs.approximate("the coat and what is under it share one roughness and normal")
     weight = inputs.unit("Coat Weight")
-    coat_ior = build.maximum(inputs.value("Coat IOR"), ONE)
-    f0 = build.multiply(f0_from_ior(build, coat_ior), weight)
-    keep_f0, keep_f90 = build.complement(f0), build.complement(weight)
-    tint = build.mix(ONE, inputs.positive("Coat Tint"), weight)
-    under = replace(
-        base,
-        diffuse_color=build.multiply(base.diffuse_color, tint),
-        layer_f0=build.complement(build.multiply(build.complement(base.layer_f0), keep_f0)),
-        layer_f90=build.complement(build.multiply(build.complement(base.layer_f90), keep_f90)),
-        specular_f0=build.multiply(build.multiply(base.specular_f0, tint), keep_f0),
-        specular_f90=build.multiply(build.multiply(base.specular_f90, tint), keep_f90),
-        emission=build.multiply(build.multiply(base.emission, tint), keep_f0),
+    f0 = f0_from_ior(build, build.maximum(inputs.value("Coat IOR"), ONE))
+    roughness = inputs.unit("Coat Roughness")
+    tint = inputs.positive("Coat Tint")
+    if not is_constant(tint, 1.0):
+        inputs.approximate("the tint of its coat is as seen from the front")
+        base = specialize_lobes.scale(build, base, build.mix(ONE, tint, weight))
+    through = ViewWeight(
+        slope=build.multiply(weight, Constant((-1.0,))),
+        curve=Constant((float(ViewCurve.COAT),)),
+        parameter=f0,
+        roughness=roughness,
     )
-    coat = Lobes(
-        specular_f0=build.convert(f0, 3, "VALUE"),
-        specular_f90=build.convert(weight, 3, "VALUE"),
-        roughness=inputs.unit("Coat Roughness"),
-        normal=base.normal,
+    front = build.complement(build.multiply(f0, weight))
+    under = specialize_lobes.seen_through(build, base, through, front, inputs.report)
+    socket = find_socket(inputs.node.inputs, "Coat Normal")
+    coat = Lobe(
+        specular_f0=build.multiply(f0, weight),
+        specular_f90=build.multiply(build.greater(f0, 0.0), weight),
+        # All of it is a dielectric, whose curve is Fresnel's.
+        layer_f0=f0,
+        layer_f90=build.greater(f0, 0.0),
+        dielectric=weight,
+        roughness=roughness,
+        distribution=_distribution(Distribution.GGX),
+        normal=inputs.context.value(socket) if inputs.context.is_linked(socket) else inputs.normal,
     )
-    return specialize_lobes.add(build, under, coat, _already_reported)
-
-
-def _already_reported(effect: str) -> None:
-    """A coat's one sentence says all that adding it approximates."""
+    return specialize_lobes.add(build, under, Lobes.of(coat), inputs.report)
 
 
 def _emission(build: ExpressionBuilder, colour: Expression, strength: Expression) -> Expression:
@@ -251,23 +326,39 @@ def _emission_node(inputs: _ClosureInputs) -> Lobes:
 
 
 def _diffuse(inputs: _ClosureInputs) -> Lobes:
-    if inputs.used("Roughness"):
-        inputs.approximate("rough diffuse reflection is shown as Lambertian")
-    return Lobes(diffuse_color=inputs.positive("Color"), normal=inputs.normal)
+    return Lobes.of(
+        Lobe(
+            diffuse_color=inputs.positive("Color"),
+            diffuse_roughness=inputs.unit("Roughness"),
+            normal=inputs.normal,
+        )
+    )
+
+
+def _reflecting(
+    inputs: _ClosureInputs,
+    f0: Expression,
+    f90: Expression,
+    roughness: Expression,
+    distribution: Expression,
+) -> Lobes:
+    return Lobes.of(
+        Lobe(
+            specular_f0=f0,
+            specular_f90=f90,
+            roughness=roughness,
+            distribution=distribution,
+            normal=inputs.normal,
+        )
+    )
 
 
 def _glossy(inputs: _ClosureInputs) -> Lobes:
     if inputs.used("Anisotropy"):
         inputs.approximate("anisotropic reflection is shown as isotropic")
-    if inputs.node.distribution not in {"GGX", "MULTI_GGX"}:
-        inputs.approximate(f"its {inputs.node.distribution} distribution is shown as GGX")
     colour = inputs.positive("Color")
-    return Lobes(
-        specular_f0=colour,
-        specular_f90=colour,
-        roughness=inputs.unit("Roughness"),
-        normal=inputs.normal,
-    )
+    distribution = _GLOSSY_DISTRIBUTIONS[inputs.node.distribution]
+    return _reflecting(inputs, colour, colour, inputs.unit("Roughness"), distribution)
 
 
 def _metallic(inputs: _ClosureInputs) -> Lobes:
@@ -277,24 +368,63 @@ def _metallic(inputs: _ClosureInputs) -> Lobes:
     if inputs.used("Thin Film Thickness"):
         inputs.approximate("the thin film is left out")
     if inputs.node.fresnel_type == "F82":
-        if not is_constant(inputs.value("Edge Tint"), 1.0):
-            inputs.approximate("the edge tint of its metal is left out")
         f0 = build.clamp(inputs.value("Base Color"))
+        dip = edge_dip(build, f0, build.clamp(inputs.value("Edge Tint")))
     else:
-        # A conductor at normal incidence: ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2).
         n, k = inputs.positive("IOR"), inputs.positive("Extinction")
-        square = build.multiply(k, k)
-        low, high = build.subtract(n, ONE), build.add(n, ONE)
-        f0 = build.divide(
-            build.add(build.multiply(low, low), square),
-            build.add(build.multiply(high, high), square),
-        )
-    return Lobes(
-        specular_f0=f0,
-        specular_f90=Constant((1.0, 1.0, 1.0)),
-        roughness=inputs.unit("Roughness"),
-        normal=inputs.normal,
+        f0, dip = conductor(build, n, k)
+    lobes = _reflecting(
+        inputs,
+        f0,
+        ONE,
+        inputs.unit("Roughness"),
+        _GLOSSY_DISTRIBUTIONS[inputs.node.distribution],
     )
+    return Lobes.of(replace(lobes.each[0], specular_dip=dip))
+
+
+def conductor(
+    build: ExpressionBuilder, n: Expression, k: Expression
+) -> tuple[Expression, Expression]:
+    """F0 = ((n - 1)^2 + k^2) / ((n + 1)^2 + k^2), and the dip with which the F82 model has the
+    conductor's reflectance at LoH = 1/7 as well, where it strays most from Schlick's."""
+    k_square = build.multiply(k, k)
+    low, high = build.subtract(n, ONE), build.add(n, ONE)
+    f0 = build.divide(
+        build.add(build.multiply(low, low), k_square),
+        build.add(build.multiply(high, high), k_square),
+    )
+    # Born and Wolf, Principles of Optics, 14.4.1, at LoH = 1/7: u + iv = sqrt((n + ik)^2 - sin^2).
+    cosine = Constant((1.0 / 7.0,))
+    n_square = build.multiply(n, n)
+    real = build.subtract(build.subtract(n_square, k_square), Constant((48.0 / 49.0,)))
+    imaginary = build.multiply(build.multiply(n, k), Constant((2.0,)))
+    size = _root(build, _length_square(build, real, imaginary))
+    u = _root(build, build.multiply(build.add(size, real), Constant((0.5,))))
+    v = _root(build, build.multiply(build.subtract(size, real), Constant((0.5,))))
+    across = build.divide(
+        _length_square(build, build.subtract(cosine, u), v),
+        _length_square(build, build.add(cosine, u), v),
+    )
+    p = build.multiply(build.subtract(n_square, k_square), cosine)
+    q = build.multiply(imaginary, cosine)
+    parallel = build.divide(
+        _length_square(build, build.subtract(p, u), build.subtract(q, v)),
+        _length_square(build, build.add(p, u), build.add(q, v)),
+    )
+    at_82 = build.multiply(build.add(parallel, across), Constant((0.5,)))
+    weight = (6.0 / 7.0) ** 5
+    schlick = build.mix(f0, ONE, Constant((weight,)))
+    dip = build.multiply(build.subtract(schlick, at_82), Constant((7.0 / (weight * 6.0 / 7.0),)))
+    return f0, dip
+
+
+def _length_square(build: ExpressionBuilder, a: Expression, b: Expression) -> Expression:
+    return build.add(build.multiply(a, a), build.multiply(b, b))
+
+
+def _root(build: ExpressionBuilder, a: Expression) -> Expression:
+    return build.power(build.maximum(a, ZERO), Constant((0.5,)))
 
 
 def _transparent(inputs: _ClosureInputs) -> Lobes:
@@ -309,30 +439,34 @@ def _glass(inputs: _ClosureInputs) -> Lobes:
     inputs.approximate("transmitted light is left out, only reflection is shown")
     ior = build.maximum(inputs.value("IOR"), Constant((1e-5,)))
     colour = inputs.positive("Color")
-    return Lobes(
-        specular_f0=build.multiply(colour, f0_from_ior(build, ior)),
-        specular_f90=colour,
-        roughness=inputs.unit("Roughness"),
-        normal=inputs.normal,
-    )
+    f0 = build.multiply(colour, f0_from_ior(build, ior))
+    distribution = _GLOSSY_DISTRIBUTIONS[inputs.node.distribution]
+    return _reflecting(inputs, f0, colour, inputs.unit("Roughness"), distribution)
 
 
 def _refraction(inputs: _ClosureInputs) -> Lobes:
     inputs.approximate("transmitted light is left out, it shows black")
-    return Lobes(normal=inputs.normal)
+    return Lobes()
+
+
+def _diffuse_like(inputs: _ClosureInputs, has_normal: bool = True) -> Lobes:
+    normal = inputs.normal if has_normal else None
+    return Lobes.of(Lobe(diffuse_color=inputs.positive("Color"), normal=normal))
 
 
 def _subsurface(inputs: _ClosureInputs) -> Lobes:
     inputs.approximate("subsurface scattering is shown as diffuse")
-    return Lobes(diffuse_color=inputs.unit("Color"), normal=inputs.normal)
+    return _diffuse_like(inputs)
+
+
+def _translucent(inputs: _ClosureInputs) -> Lobes:
+    return Lobes.of(Lobe(translucent_color=inputs.positive("Color"), normal=inputs.normal))
 
 
 def _as_diffuse(what: str, has_normal: bool = True) -> Callable[[_ClosureInputs], Lobes]:
     def read(inputs: _ClosureInputs) -> Lobes:
         inputs.approximate(f"{what} is shown as diffuse")
-        return Lobes(
-            diffuse_color=inputs.positive("Color"), normal=inputs.normal if has_normal else None
-        )
+        return _diffuse_like(inputs, has_normal)
 
     return read
 
@@ -342,9 +476,7 @@ def _toon(inputs: _ClosureInputs) -> Lobes:
         return _as_diffuse("toon shading")(inputs)
     inputs.approximate("toon shading is shown as a GGX reflection of its size")
     colour = inputs.positive("Color")
-    return Lobes(
-        specular_f0=colour, specular_f90=colour, roughness=inputs.unit("Size"), normal=inputs.normal
-    )
+    return _reflecting(inputs, colour, colour, inputs.unit("Size"), ZERO)
 
 
 def _black(inputs: _ClosureInputs) -> Lobes:
@@ -368,7 +500,7 @@ _CLOSURES: dict[str, Callable[[_ClosureInputs], Lobes]] = {
     "ShaderNodeBsdfGlass": _glass,
     "ShaderNodeBsdfRefraction": _refraction,
     "ShaderNodeSubsurfaceScattering": _subsurface,
-    "ShaderNodeBsdfTranslucent": _as_diffuse("light coming through"),
+    "ShaderNodeBsdfTranslucent": _translucent,
     "ShaderNodeBsdfSheen": _as_diffuse("sheen"),
     "ShaderNodeBsdfHair": _as_diffuse("hair", has_normal=False),
     "ShaderNodeBsdfHairPrincipled": _as_diffuse("hair", has_normal=False),
@@ -381,11 +513,13 @@ _CLOSURES: dict[str, Callable[[_ClosureInputs], Lobes]] = {
 # What Cycles shows where there is no material (`default_surface` in its src/scene/shader.cpp): a
 # Principled BSDF as it is when new, whose IOR is 1.5.
 _DEFAULT_F0 = (0.5 / 2.5) ** 2
-DEFAULT_SURFACE = Lobes(
+DEFAULT_LOBE = Lobe(
     diffuse_color=Constant((0.8, 0.8, 0.8)),
     layer_f0=Constant((_DEFAULT_F0,)),
     layer_f90=ONE,
-    specular_f0=Constant((_DEFAULT_F0,) * 3),
-    specular_f90=Constant((1.0, 1.0, 1.0)),
+    specular_f0=Constant((_DEFAULT_F0,)),
+    specular_f90=ONE,
+    dielectric=ONE,
     roughness=Constant((0.5,)),
 )
+DEFAULT_SURFACE = Lobes.of(DEFAULT_LOBE)

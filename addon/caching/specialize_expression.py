@@ -64,10 +64,11 @@ def is_constant(expression: Expression, value: float) -> bool:
 
 
 class ExpressionBuilder:
-    """Makes expressions in one node tree."""
+    """Makes expressions in one node tree; the same operation on the same operands, once."""
 
     def __init__(self, tree: Any) -> None:
         self.tree = tree
+        self._made: dict[tuple[str, Expression, Expression | None], Socket] = {}
 
     def add(self, a: Expression, b: Expression) -> Expression:
         if is_zero(a) and b.components >= a.components:
@@ -128,16 +129,18 @@ class ExpressionBuilder:
         )
         return self.complement(below)
 
+    def power(self, a: Expression, b: Expression) -> Expression:
+        """A to the power of b, for a >= 0 and b > 0."""
+        return self._apply("POWER", lambda x, y: x**y, a, b)
+
     def mean(self, a: Expression) -> Expression:
         """The mean of the components."""
         if a.components == 1:
             return a
         if isinstance(a, Constant):
             return Constant((math.fsum(a.values) / 3.0,))
-        node = self._node("ShaderNodeVectorMath", "DOT_PRODUCT")
-        self._feed(node.inputs[0], a)
-        node.inputs[1].default_value = (1.0 / 3.0,) * 3
-        return Socket(node, "Value", 1)
+        third = Constant((1.0 / 3.0,) * 3)
+        return self._made_once("ShaderNodeVectorMath", "DOT_PRODUCT", "Value", a, third)
 
     def largest(self, a: Expression) -> Expression:
         """The largest of the components."""
@@ -145,10 +148,15 @@ class ExpressionBuilder:
             return a
         if isinstance(a, Constant):
             return Constant((max(a.values),))
-        split = self.tree.nodes.new("ShaderNodeSeparateXYZ")
-        self._feed(split.inputs[0], a)
-        x, y, z = (Socket(split, socket.identifier, 1) for socket in split.outputs)
-        return self.maximum(self.maximum(x, y), z)
+        key = ("largest", a, None)
+        if key not in self._made:
+            split = self.tree.nodes.new("ShaderNodeSeparateXYZ")
+            self._feed(split.inputs[0], a)
+            x, y, z = (Socket(split, socket.identifier, 1) for socket in split.outputs)
+            largest = self.maximum(self.maximum(x, y), z)
+            assert isinstance(largest, Socket)
+            self._made[key] = largest
+        return self._made[key]
 
     def convert(self, a: Expression, components: int, source_type: str) -> Expression:
         """What a link from a socket of `source_type` ('RGBA', 'VECTOR', …) makes of a value."""
@@ -162,10 +170,7 @@ class ExpressionBuilder:
             weights = _LUMA if source_type == "RGBA" else (1.0 / 3.0,) * 3
             return Constant((math.sumprod(a.values, weights),))
         # A Math node's input makes the same conversion as the input that was linked.
-        node = self._node("ShaderNodeMath", "ADD")
-        self.tree.links.new(a.output, node.inputs[0])
-        node.inputs[1].default_value = 0.0
-        return Socket(node, "Value", 1)
+        return self._made_once("ShaderNodeMath", "ADD", "Value", a, ZERO)
 
     def assign(self, socket: Any, a: Expression) -> None:
         """Link, or set, an input of a node of this tree."""
@@ -183,16 +188,21 @@ class ExpressionBuilder:
         if isinstance(a, Constant) and isinstance(b, Constant):
             left, right = (_spread(x.values, components) for x in (a, b))
             return Constant(tuple(fold(x, y) for x, y in zip(left, right, strict=True)))
-        kind = "ShaderNodeMath" if components == 1 else "ShaderNodeVectorMath"
-        node = self._node(kind, operation)
-        self._feed(node.inputs[0], a)
-        self._feed(node.inputs[1], b)
-        return Socket(node, "Value" if components == 1 else "Vector", components)
+        if components == 1:
+            return self._made_once("ShaderNodeMath", operation, "Value", a, b)
+        return self._made_once("ShaderNodeVectorMath", operation, "Vector", a, b)
 
-    def _node(self, kind: str, operation: str) -> Any:
-        node = self.tree.nodes.new(kind)
-        node.operation = operation
-        return node
+    def _made_once(
+        self, kind: str, operation: str, output: str, a: Expression, b: Expression
+    ) -> Socket:
+        key = (f"{kind} {operation}", a, b)
+        if key not in self._made:
+            node = self.tree.nodes.new(kind)
+            node.operation = operation
+            self._feed(node.inputs[0], a)
+            self._feed(node.inputs[1], b)
+            self._made[key] = Socket(node, output, 3 if output == "Vector" else 1)
+        return self._made[key]
 
     def _feed(self, socket: Any, a: Expression) -> None:
         if isinstance(a, Socket):

@@ -1,16 +1,19 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A material as the lobes of the channel table, and what mixing and adding do to them.
+"""A material as a sum of the lobes of the channel table, and what mixing and adding do to it.
 
-Colours are weighted sums and stay exact. A mix can hold only one roughness, one normal and
-one dielectric layer, so these are blended by the share that each side has in what they act
-on; where the two sides differ, that is reported as an approximation.
+Colours are weighted sums. Lobes of two materials that agree in all other parameters become one,
+with the sum of their colours; others stay beside each other. So the result is exact whatever the
+depth of Mix and Add trees, until a material has more lobes than a deep framebuffer can hold: the
+last two are then blended into one, and that is reported.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any, Protocol
 
+from .channels import MAX_LOBES
 from .specialize_expression import (
     BLACK,
     ONE,
@@ -30,22 +33,40 @@ class Reporter(Protocol):
 
 
 @dataclass(frozen=True)
-class Lobes:
-    """The channels of the channel table (see there), as expressions in one node tree.
+class ViewWeight:
+    """A lobe's weight by the angle of view, as the channel table's W: expressions in one tree."""
 
-    Colours are premultiplied by the lobe's weight in the material. `transparency` is the
-    share of light that passes straight through. `normal` None is the shading normal.
+    base: Expression = ONE
+    slope: Expression = ZERO
+    curve: Expression = ZERO
+    parameter: Expression = ZERO
+    roughness: Expression = ZERO
+
+
+FULL_VIEW = ViewWeight()
+
+
+@dataclass(frozen=True)
+class Lobe:
+    """The fields of one lobe in the channel table (see there), as expressions in one node tree.
+
+    Colours are premultiplied by the lobe's weight in the material. `normal` None is the shading
+    normal.
     """
 
     diffuse_color: Expression = BLACK
+    diffuse_roughness: Expression = ZERO
     layer_f0: Expression = ZERO
     layer_f90: Expression = ZERO
     specular_f0: Expression = BLACK
     specular_f90: Expression = BLACK
+    dielectric: Expression = ZERO
+    specular_dip: Expression = BLACK
     roughness: Expression = ONE
-    emission: Expression = BLACK
-    transparency: Expression = ZERO
+    distribution: Expression = ZERO
+    translucent_color: Expression = BLACK
     normal: Expression | None = None
+    view: ViewWeight = FULL_VIEW
 
     @property
     def has_diffuse(self) -> bool:
@@ -55,32 +76,87 @@ class Lobes:
     def has_specular(self) -> bool:
         return not (is_zero(self.specular_f0) and is_zero(self.specular_f90))
 
+    @property
+    def has_layer(self) -> bool:
+        return not (is_zero(self.layer_f0) and is_zero(self.layer_f90))
+
+    @property
+    def has_translucent(self) -> bool:
+        return not is_zero(self.translucent_color)
+
+    @property
+    def is_black(self) -> bool:
+        return not (self.has_diffuse or self.has_specular or self.has_translucent)
+
+
+COLORS = ("diffuse_color", "specular_f0", "specular_f90", "specular_dip", "translucent_color")
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """A whole material: its lobes, what it emits, and the share of light that passes straight
+    through it."""
+
+    each: tuple[Lobe, ...] = ()
+    emission: Expression = BLACK
+    transparency: Expression = ZERO
+
+    @classmethod
+    def of(cls, lobe: Lobe) -> Lobes:
+        """One lobe and nothing else."""
+        return cls((lobe,))
+
+    def map(self, carry: Callable[[Expression], Expression]) -> Lobes:
+        """The same with each expression carried over; equal ones once."""
+        carried: dict[Expression, Expression] = {}
+
+        def once(value: Expression) -> Expression:
+            if value not in carried:
+                carried[value] = carry(value)
+            return carried[value]
+
+        def whole(lobe: Lobe) -> Lobe:
+            changes = {
+                name: once(value)
+                for name, value in vars(lobe).items()
+                if value is not None and name != "view"
+            }
+            view = ViewWeight(**{name: once(value) for name, value in vars(lobe.view).items()})
+            return replace(lobe, **changes, view=view)
+
+        return Lobes(
+            tuple(whole(lobe) for lobe in self.each), once(self.emission), once(self.transparency)
+        )
+
 
 def scale(build: ExpressionBuilder, lobes: Lobes, weight: Expression) -> Lobes:
     """The same lobes with a weight, a value or a colour."""
-    return replace(
-        lobes,
-        diffuse_color=build.multiply(lobes.diffuse_color, weight),
-        specular_f0=build.multiply(lobes.specular_f0, weight),
-        specular_f90=build.multiply(lobes.specular_f90, weight),
-        emission=build.multiply(lobes.emission, weight),
-        transparency=build.multiply(lobes.transparency, build.mean(weight)),
+    return Lobes(
+        tuple(_scaled(build, lobe, weight) for lobe in lobes.each),
+        build.multiply(lobes.emission, weight),
+        build.multiply(lobes.transparency, build.mean(weight)),
     )
+
+
+def _scaled(build: ExpressionBuilder, lobe: Lobe, weight: Expression) -> Lobe:
+    scaled: dict[str, Any] = {name: build.multiply(getattr(lobe, name), weight) for name in COLORS}
+    return replace(lobe, **scaled, dielectric=build.multiply(lobe.dielectric, build.mean(weight)))
 
 
 def add(build: ExpressionBuilder, a: Lobes, b: Lobes, report: Reporter) -> Lobes:
     """Both materials' lobes together."""
-    layer_f0, layer_f90 = _add_layers(build, a, b)
+    each = list(a.each)
+    for lobe in b.each:
+        _join(build, each, lobe)
+    if len(each) > MAX_LOBES:
+        report(f"of its {len(each)} lobes the last ones are blended into one")
+    while len(each) > MAX_LOBES:
+        last = each.pop()
+        each[-1] = _blended(build, each[-1], last)
     return Lobes(
-        diffuse_color=build.add(a.diffuse_color, b.diffuse_color),
-        layer_f0=layer_f0,
-        layer_f90=layer_f90,
-        specular_f0=build.add(a.specular_f0, b.specular_f0),
-        specular_f90=build.add(a.specular_f90, b.specular_f90),
-        roughness=_add_roughness(build, a, b, report),
-        emission=build.add(a.emission, b.emission),
-        transparency=build.add(a.transparency, b.transparency),
-        normal=_add_normals(build, a, b, report),
+        tuple(each),
+        build.add(a.emission, b.emission),
+        build.add(a.transparency, b.transparency),
     )
 
 
@@ -91,89 +167,135 @@ def mix(
     return add(build, scale(build, a, build.complement(factor)), scale(build, b, factor), report)
 
 
-def mix_by_fresnel(
-    build: ExpressionBuilder, a: Lobes, b: Lobes, f0: Expression, report: Reporter
+def mix_by_view(  # noqa: PLR0917 - two materials, one curve
+    build: ExpressionBuilder,
+    a: Lobes,
+    b: Lobes,
+    curve: ViewWeight,
+    front: Expression,
+    report: Reporter,
 ) -> Lobes:
-    """A Mix Shader whose factor is the Fresnel reflectance of a dielectric with this F0.
+    """A Mix Shader whose factor is a curve of the view, shaded at run time.
 
-    The factor runs from F0 at normal incidence to 1 at grazing, as a specular lobe's own
-    Fresnel term does, so the mix at these two ends gives specular_f0 and specular_f90; over
-    the diffuse lobe of `a` it is a dielectric layer.
+    Args:
+        build: of the tree that the mix is in.
+        a: seen with 1 - factor.
+        b: seen with the factor.
+        curve: `base` and `slope` of it are not read.
+        front: the factor where the surface is looked at straight on. What has no weight by the
+            view takes it: emission, transparency, and lobes that have another curve already.
+        report: takes what is kept from the front.
     """
-    if b.has_diffuse:
-        report("the diffuse part seen at grazing angles of a Fresnel mix is cached for normal view")
-    facing = mix(build, a, b, f0, report)
-    keep = build.complement(f0)
-    under = Lobes(
-        diffuse_color=a.diffuse_color,
-        layer_f0=build.complement(build.multiply(build.complement(a.layer_f0), keep)),
-        layer_f90=ONE,
+    falling = replace(curve, base=ONE, slope=Constant((-1.0,)))
+    rising = replace(curve, base=ZERO, slope=ONE)
+    away = _seen_by(build, a, falling, build.complement(front), report)
+    toward = _seen_by(build, b, rising, front, report)
+    return add(build, away, toward, report)
+
+
+def seen_through(
+    build: ExpressionBuilder, lobes: Lobes, weight: ViewWeight, front: Expression, report: Reporter
+) -> Lobes:
+    """Lobes with a weight by the view; `front` is that weight's value looked at straight on."""
+    return _seen_by(build, lobes, weight, front, report)
+
+
+def _seen_by(
+    build: ExpressionBuilder, lobes: Lobes, view: ViewWeight, front: Expression, report: Reporter
+) -> Lobes:
+    each = []
+    frozen = not (is_zero(lobes.emission) and is_zero(lobes.transparency))
+    for lobe in lobes.each:
+        if lobe.view == FULL_VIEW:
+            each.append(replace(lobe, view=view))
+        else:
+            frozen = True
+            each.append(_scaled(build, lobe, front))
+    if frozen:
+        report("a second weight that depends on the view is kept as it is seen from the front")
+    return Lobes(
+        tuple(each),
+        build.multiply(lobes.emission, front),
+        build.multiply(lobes.transparency, front),
     )
-    over = replace(b, diffuse_color=build.multiply(b.diffuse_color, f0))
-    layer_f0, layer_f90 = _add_layers(build, under, over)
+
+
+# Parameters in which lobes agree, or are not one: those of what they hold.
+_OF_SPECULAR = ("roughness", "distribution")
+_OF_DIFFUSE = ("diffuse_roughness", "layer_f0", "layer_f90")
+
+
+def _join(build: ExpressionBuilder, each: list[Lobe], lobe: Lobe) -> None:
+    """Add a lobe to the first one that it agrees with, or behind them."""
+    if lobe.is_black:
+        return
+    for index, other in enumerate(each):
+        if _agree(other, lobe):
+            each[index] = _sum(build, other, lobe)
+            return
+    each.append(lobe)
+
+
+def _agree(a: Lobe, b: Lobe) -> bool:
+    same_layer = all(getattr(a, name) == getattr(b, name) for name in _OF_DIFFUSE)
+    same_shape = all(getattr(a, name) == getattr(b, name) for name in _OF_SPECULAR)
+    return (
+        a.view == b.view
+        and a.normal == b.normal
+        # A layer is over the diffuse base, and is the part of the specular lobe that follows
+        # Fresnel's curve; its albedo is that of its own lobe's roughness.
+        and (same_layer or not all(x.has_diffuse or x.has_layer for x in (a, b)))
+        and (same_shape or not all(x.has_specular or x.has_layer for x in (a, b)))
+    )
+
+
+def _sums(build: ExpressionBuilder, a: Lobe, b: Lobe) -> dict[str, Any]:
+    names = (*COLORS, "dielectric")
+    return {name: build.add(getattr(a, name), getattr(b, name)) for name in names}
+
+
+def _sum(build: ExpressionBuilder, a: Lobe, b: Lobe) -> Lobe:
+    """Lobes that agree: the sums of their colours, and the parameters of that which has any."""
+    sums = _sums(build, a, b)
+    specular = a if a.has_specular or a.has_layer else b
+    diffuse = a if a.has_diffuse else b
+    layer = a if a.has_diffuse or a.has_layer else b
     return replace(
-        facing,
-        diffuse_color=build.add(under.diffuse_color, over.diffuse_color),
-        layer_f0=layer_f0,
-        layer_f90=layer_f90,
-        specular_f90=b.specular_f90,
+        a,
+        **sums,
+        roughness=specular.roughness,
+        distribution=specular.distribution,
+        diffuse_roughness=diffuse.diffuse_roughness,
+        layer_f0=layer.layer_f0,
+        layer_f90=layer.layer_f90,
     )
 
 
-def _specular_energy(build: ExpressionBuilder, lobes: Lobes) -> Expression:
+def _blended(build: ExpressionBuilder, a: Lobe, b: Lobe) -> Lobe:
+    """One lobe for two that differ: parameters by the share of what they act on."""
+    diffuse = [build.mean(lobe.diffuse_color) for lobe in (a, b)]
+    specular = [_specular_energy(build, lobe) for lobe in (a, b)]
+    both = [build.add(d, s) for d, s in zip(diffuse, specular, strict=True)]
+    shares = dict.fromkeys(_OF_DIFFUSE, diffuse) | {"roughness": specular}
+    blended: dict[str, Any] = {
+        name: _blend(build, getattr(a, name), getattr(b, name), *share)
+        for name, share in shares.items()
+    }
+    normal = a.normal
+    if a.normal != b.normal:
+        normals = [lobe.normal or shading_normal(build) for lobe in (a, b)]
+        normal = _blend(build, normals[0], normals[1], *both)
+    sums = _sums(build, a, b)
+    return replace(a, **sums, **blended, normal=normal)
+
+
+def _specular_energy(build: ExpressionBuilder, lobe: Lobe) -> Expression:
     """The cosine-weighted mean of Schlick's Fresnel term, (20 F0 + F90) / 21."""
     total = build.add(
-        build.multiply(lobes.specular_f0, Constant((20.0 / 21.0,))),
-        build.multiply(lobes.specular_f90, Constant((1.0 / 21.0,))),
+        build.multiply(lobe.specular_f0, Constant((20.0 / 21.0,))),
+        build.multiply(lobe.specular_f90, Constant((1.0 / 21.0,))),
     )
     return build.mean(total)
-
-
-def _add_layers(build: ExpressionBuilder, a: Lobes, b: Lobes) -> tuple[Expression, Expression]:
-    """One layer that keeps as much light from the sum of the diffuse lobes as both do."""
-    if not b.has_diffuse:
-        return a.layer_f0, a.layer_f90
-    if not a.has_diffuse:
-        return b.layer_f0, b.layer_f90
-    if (a.layer_f0, a.layer_f90) == (b.layer_f0, b.layer_f90):
-        return a.layer_f0, a.layer_f90
-    share_a, share_b = build.mean(a.diffuse_color), build.mean(b.diffuse_color)
-    return (
-        _blend(build, a.layer_f0, b.layer_f0, share_a, share_b),
-        _blend(build, a.layer_f90, b.layer_f90, share_a, share_b),
-    )
-
-
-def _add_roughness(build: ExpressionBuilder, a: Lobes, b: Lobes, report: Reporter) -> Expression:
-    if not b.has_specular:
-        return a.roughness
-    if not a.has_specular or a.roughness == b.roughness:
-        return b.roughness
-    report("a mix of two glossy lobes is cached with one roughness between theirs")
-    return _blend(
-        build, a.roughness, b.roughness, _specular_energy(build, a), _specular_energy(build, b)
-    )
-
-
-def _add_normals(
-    build: ExpressionBuilder, a: Lobes, b: Lobes, report: Reporter
-) -> Expression | None:
-    if a.normal == b.normal or not (b.has_diffuse or b.has_specular):
-        return a.normal
-    if not (a.has_diffuse or a.has_specular):
-        return b.normal
-    report("a mix of two normals is cached with one normal between them")
-    share_a, share_b = (
-        build.add(build.mean(lobes.diffuse_color), _specular_energy(build, lobes))
-        for lobes in (a, b)
-    )
-    return _blend(
-        build,
-        a.normal or shading_normal(build),
-        b.normal or shading_normal(build),
-        share_a,
-        share_b,
-    )
 
 
 def _blend(
@@ -200,3 +322,27 @@ def unit_normal(build: ExpressionBuilder, normal: Expression | None) -> Expressi
     node.operation = "NORMALIZE"
     build.assign(node.inputs[0], normal)
     return Socket(node, "Vector", 3)
+
+
+# Where a field of the channel table is in a lobe.
+_VIEW_FIELDS = {f"view_{field.name}": field.name for field in fields(ViewWeight)}
+
+
+def expression_of(lobe: Lobe, field: str) -> Expression | None:
+    """A field of the channel table; None for the shading normal."""
+    if field in _VIEW_FIELDS:
+        value: Expression | None = getattr(lobe.view, _VIEW_FIELDS[field])
+    else:
+        value = getattr(lobe, field)
+    return value
+
+
+def reads(lobe: Lobe, part: str) -> bool:
+    """Whether a lobe reads the fields of a part (see `Channel.part`)."""
+    if part == "diffuse":
+        return lobe.has_diffuse
+    if part in ("layer", "specular"):
+        return lobe.has_specular or lobe.has_layer
+    if part == "translucent":
+        return lobe.has_translucent
+    return not lobe.is_black

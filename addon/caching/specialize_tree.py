@@ -8,8 +8,6 @@ changed: a group is replaced by a copy of its own before anything is added to it
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 from ..scene.node_reader import source_of
@@ -61,6 +59,9 @@ class TreeContext:
         self.group_node = group_node
         self.children: dict[str, TreeContext] = {}
         self._copies = copies
+        # Expressions of the other side of the boundary, by those of this tree, and back.
+        self._exported: dict[Socket, Socket] = {}
+        self._fetched: dict[Socket, Socket] = {}
 
     def enter(self, node: Any) -> TreeContext:
         """The inside of a group node, made this material's own on the first call."""
@@ -111,30 +112,36 @@ class TreeContext:
 
     def export(self, lobes: Lobes) -> Lobes:
         """Lobes of this group, for the tree that the group stands in."""
-        return _map(lobes, self._export)
+        return lobes.map(self._export)
 
     def fetch(self, lobes: Lobes) -> Lobes:
         """Lobes of the tree that this group stands in, for use inside the group."""
-        return _map(lobes, self._fetch)
+        return lobes.map(self._fetch)
 
     def _export(self, expression: Expression) -> Expression:
         if isinstance(expression, Constant):
             return expression
-        socket = self._interface_socket("OUTPUT", expression.components)
-        output = group_output(self.tree)
-        self.tree.links.new(expression.output, find_socket(output.inputs, socket.identifier))
-        return Socket(self.group_node, socket.identifier, expression.components)
+        if expression not in self._exported:
+            socket = self._interface_socket("OUTPUT", expression.components)
+            output = group_output(self.tree)
+            self.tree.links.new(expression.output, find_socket(output.inputs, socket.identifier))
+            self._exported[expression] = Socket(
+                self.group_node, socket.identifier, expression.components
+            )
+        return self._exported[expression]
 
     def _fetch(self, expression: Expression) -> Expression:
         if isinstance(expression, Constant):
             return expression
         assert self.parent is not None
-        socket = self._interface_socket("INPUT", expression.components)
-        self.parent.tree.links.new(
-            expression.output, find_socket(self.group_node.inputs, socket.identifier)
-        )
-        inside = self.tree.nodes.new("NodeGroupInput")
-        return Socket(inside, socket.identifier, expression.components)
+        if expression not in self._fetched:
+            socket = self._interface_socket("INPUT", expression.components)
+            self.parent.tree.links.new(
+                expression.output, find_socket(self.group_node.inputs, socket.identifier)
+            )
+            inside = self.tree.nodes.new("NodeGroupInput")
+            self._fetched[expression] = Socket(inside, socket.identifier, expression.components)
+        return self._fetched[expression]
 
     def _interface_socket(self, direction: str, components: int) -> Any:
         kind = "NodeSocketFloat" if components == 1 else "NodeSocketVector"
@@ -159,14 +166,3 @@ def group_output(tree: Any) -> Any:
     """The group's active output node, or None."""
     outputs = [node for node in tree.nodes if node.bl_idname == "NodeGroupOutput"]
     return next((node for node in outputs if node.is_active_output), None)
-
-
-def _map(lobes: Lobes, carry: Callable[[Expression], Expression]) -> Lobes:
-    """The lobes with each expression carried over; equal ones by the same socket."""
-    expressions = [value for value in vars(lobes).values() if value is not None]
-    # A dict keeps one of equal expressions, in their order.
-    carried = {expression: carry(expression) for expression in dict.fromkeys(expressions)}
-    changes: dict[str, Any] = {
-        name: carried[value] for name, value in vars(lobes).items() if value is not None
-    }
-    return replace(lobes, **changes)

@@ -36,10 +36,11 @@ from ..whole_file import replacing, write_errors
 from .channels import CHANNEL_BY_NAME
 from .folder_lock import locked
 from .framebuffer import DeepFramebuffer
+from .octahedral import from_words, to_words
 from .plan import ChannelPlan
 
 SCHEMA = "relume-cache"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MANIFEST_NAME = "manifest.json"
 WORLD_NAME = "world.exr"
 _BAKE_AGAIN = "bake the cache again"
@@ -237,14 +238,23 @@ class CacheStore:
         parts = _read_parts(path)
         channels, wide = {}, set()
         for name in self.plan.stored:
-            components = CHANNEL_BY_NAME[name].components
+            is_normal = CHANNEL_BY_NAME[name].field == "normal"
+            components = 1 if is_normal else self.plan.components(name)
             shape = (camera.resolution, camera.resolution, components)
             pixels = parts.get(name)
-            if pixels is None or pixels.shape != shape:
+            if pixels is None or pixels.shape != shape or (pixels.dtype == np.uint32) != is_normal:
                 raise InputError(f"{path} lacks the channel {name}; {_BAKE_AGAIN}")
+            if is_normal:
+                channels[name] = from_words(pixels)
+                continue
             if CHANNEL_BY_NAME[name].precision == "half" and pixels.dtype != np.float16:
                 wide.add(name)
             channels[name] = pixels.astype(np.float32, copy=False)
+        if "depth" in channels:
+            nothing = channels["depth"] == 0.0
+            for name, values in channels.items():
+                if CHANNEL_BY_NAME[name].field == "normal":
+                    np.copyto(values, np.float32(0.0), where=nothing)
         return DeepFramebuffer(camera, channels, frozenset(wide))
 
     def read_finished(self) -> list[DeepFramebuffer]:
@@ -276,10 +286,13 @@ class CacheStore:
         Raises:
             InputError: the disk is full or the folder cannot be written; nothing is left.
         """
-        parts = {
-            name: pixels.astype(np.float16) if framebuffer.precision(name) == "half" else pixels
-            for name, pixels in framebuffer.channels.items()
-        }
+        parts: dict[str, NDArray[Any]] = {}
+        for name, pixels in framebuffer.channels.items():
+            if CHANNEL_BY_NAME[name].field == "normal":
+                parts[name] = to_words(pixels)
+            else:
+                is_half = framebuffer.precision(name) == "half"
+                parts[name] = pixels.astype(np.float16) if is_half else pixels
         return self._write_exr(self.camera_path(framebuffer.camera.id), parts)
 
     def write_world(self, picture: NDArray[np.float32]) -> FileRecord:
@@ -376,7 +389,7 @@ def _write_parts(path: Path, parts: Mapping[str, NDArray[Any]]) -> None:
         OpenEXR.File(exr_parts).write(str(path))
 
 
-def _read_parts(path: Path) -> dict[str, NDArray[np.floating]]:
+def _read_parts(path: Path) -> dict[str, NDArray[Any]]:
     """The parts' (H, W, C) arrays by name, in the precision in which they are stored."""
     try:
         exr = OpenEXR.File(str(path), separate_channels=True)

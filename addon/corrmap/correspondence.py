@@ -20,7 +20,7 @@ from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..glsl.shader import PassShader, Samplers, Texture, framebuffer, read_texture, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
-from .surface_buffer import SURFACE_SAMPLERS, SurfaceBuffer
+from .surface_buffer import SurfaceBuffer
 from .tile_layout import TileLayout
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
@@ -141,11 +141,11 @@ class GatherPass:
         self._origin = np.array(origin, dtype=np.float64)
         self._uniforms = {"caching_cameras": camera_uniforms(cameras, pages.layout, origin)}
         # Position is handed through from the visible surface; the rest is written here.
-        self._outputs = tuple(name for name, _ in SURFACE_SAMPLERS if name != "surface_position")
+        self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
         self._program = PassShader(
             name="gather",
             fragment="gather",
-            library=_LIBRARY,
+            library=("material_table", *_LIBRARY),
             generated=pages.glsl(),
             blocks=(camera_block(len(cameras)),),
             samplers=(*_VISIBLE_SAMPLERS, ("correspondence", "FLOAT_2D"), *pages.samplers),
@@ -155,9 +155,9 @@ class GatherPass:
     def draw(self, visible: VisibleSurface, correspondence: CorrespondenceMap) -> SurfaceBuffer:
         """The view's surfaces, holes filled."""
         width, height = visible.position.width, visible.position.height
-        targets = {name: texture_2d(width, height) for name in self._outputs}
+        targets = [texture_2d(width, height) for _ in self._outputs]
         self._program.draw_fullscreen(
-            framebuffer(list(targets.values())),
+            framebuffer(targets),
             {
                 "visible_position": visible.position,
                 "visible_normal": visible.normal,
@@ -173,7 +173,10 @@ class GatherPass:
             eye=visible.eye[:3],
             perspective=bool(visible.eye[3] > 0.0),
             position=visible.position,
-            **{name.removeprefix("surface_"): texture for name, texture in targets.items()},
+            geometric_normal=targets[0],
+            values=tuple(targets[1:]),
+            material_table=self._pages.material_table,
+            layout=self._pages.surface_layout,
         )
 
 

@@ -12,18 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import Samplers, Texture
-
-# Sampler declarations of a pass that reads the surfaces, and the library that unpacks them.
-SURFACE_SAMPLERS: Samplers = (
-    ("surface_position", "FLOAT_2D"),
-    ("surface_geometric_normal", "FLOAT_2D"),
-    ("surface_shading", "FLOAT_2D"),
-    ("surface_diffuse", "FLOAT_2D"),
-    ("surface_specular_f0", "FLOAT_2D"),
-    ("surface_specular_f90", "FLOAT_2D"),
-    ("surface_emission", "FLOAT_2D"),
-)
+from ..glsl.shader import Texture
+from .surface_layout import SurfaceLayout
 
 
 @dataclass(frozen=True)
@@ -40,11 +30,9 @@ class SurfaceBuffer:
         geometric_normal: xyz unit, facing the viewer; w tells where the values come from:
             > 0 the correspondence score, -1 a small hole filled from its neighbours, 0 a
             larger one that got its material's mean values.
-        shading: xyz unit shading normal, w roughness.
-        diffuse: rgb diffuse_color, w layer_f0.
-        specular_f0: rgb specular_f0, w layer_f90.
-        specular_f90: rgb specular_f90, w ambient_occlusion.
-        emission: rgb emission, w = 0.
+        values: the channels that vary, as `layout` has them.
+        material_table: the channels that are constant over a material, and the means of others.
+        layout: what lies where.
     """
 
     width: int
@@ -54,12 +42,15 @@ class SurfaceBuffer:
     perspective: bool
     position: Texture
     geometric_normal: Texture
-    shading: Texture
-    diffuse: Texture
-    specular_f0: Texture
-    specular_f90: Texture
-    emission: Texture
+    values: tuple[Texture, ...]
+    material_table: Texture
+    layout: SurfaceLayout
 
     def textures(self) -> dict[str, Texture]:
-        """The textures by the names in SURFACE_SAMPLERS."""
-        return {name: getattr(self, name.removeprefix("surface_")) for name, _ in SURFACE_SAMPLERS}
+        """The textures by the names in `SurfaceLayout.samplers`."""
+        return {
+            "surface_position": self.position,
+            "surface_geometric_normal": self.geometric_normal,
+            "material_table": self.material_table,
+            **dict(zip(self.layout.value_names, self.values, strict=True)),
+        }

@@ -23,11 +23,11 @@ from .correspondence import (
 from .geometry_buffer import GeometryBuffer
 from .pixel_filter import pixel_offsets
 from .surface_buffer import SurfaceBuffer
+from .surface_layout import SurfaceLayout
 from .tile_pages import TilePages, upload_tiles
 from .visible_surface import VisibleSurfacePass
 
-# Seven RGBA32F textures and a share of the correspondence map, per pixel.
-_BYTES_PER_PIXEL = 8 * 16
+_BYTES_PER_RGBA32F = 16
 
 # How far the eye may go from local space's origin, in widths of the nearest clip distance:
 # float32 then still has a thousandth of that distance for its spacing.
@@ -51,9 +51,7 @@ class SurfaceSampler:
         self._framebuffer_cameras = [framebuffer.camera for framebuffer in framebuffers]
         self._plan = plan
         self._pages: TilePages = upload_tiles(
-            framebuffers,
-            make_packing(plan.stored, plan.constants, [f.wide for f in framebuffers]),
-            len(plan.material_names),
+            framebuffers, make_packing(plan, [f.wide for f in framebuffers])
         )
         self._memory_budget = memory_budget
         self._view: View | None = None
@@ -61,6 +59,11 @@ class SurfaceSampler:
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
         self.set_geometry(geometry)
+
+    @property
+    def layout(self) -> SurfaceLayout:
+        """How the surfaces hold the plan's channels."""
+        return self._pages.surface_layout
 
     @property
     def geometry(self) -> SceneGeometry:
@@ -124,7 +127,10 @@ class SurfaceSampler:
         surface = self._gather_pass.draw(visible, correspondence)
         if index == 0:
             self._correspondence = correspondence
-        kept = self._view.width * self._view.height * _BYTES_PER_PIXEL * len(self._samples)
+        # Position, geometric normal, values, and the correspondence map once.
+        textures = 3 + self.layout.texture_count
+        pixels = self._view.width * self._view.height * len(self._samples)
+        kept = pixels * textures * _BYTES_PER_RGBA32F
         if kept < self._memory_budget:
             self._samples[index] = surface
         return surface

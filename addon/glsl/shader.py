@@ -23,7 +23,10 @@ SamplerType = Literal["FLOAT_2D", "FLOAT_2D_ARRAY", "DEPTH_2D", "DEPTH_2D_ARRAY"
 Samplers = tuple[tuple[str, SamplerType], ...]
 GlslType = Literal["FLOAT", "VEC2", "VEC3", "VEC4", "INT"]
 Texture = gpu.types.GPUTexture
-TextureFormat = Literal["R32F", "RG32F", "RGBA16F", "RGBA32F", "DEPTH_COMPONENT32F"]
+TextureFormat = Literal[
+    "R8", "RG8", "RGBA8", "R16", "RG16", "RGBA16",
+    "R16F", "RG16F", "RGBA16F", "R32F", "RG32F", "RGBA32F", "DEPTH_COMPONENT32F",
+]  # fmt: skip
 
 
 @cache

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..corrmap.surface_buffer import SurfaceBuffer
-from ..glsl.shader import PassShader, SamplerType, ShaderProgram
+from ..corrmap.surface_layout import SurfaceLayout
+from ..glsl.shader import PassShader, ShaderProgram
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .albedo_pass import ALBEDO_SAMPLERS, AlbedoTextures
@@ -18,7 +19,7 @@ from .blend_pass import add_fullscreen
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
 from .shadow_pass import SHADOW_BLOCK, SHADOW_SAMPLER, ShadowMap
-from .surface_pass import LIT_SAMPLERS, VIEW_BLOCK, lit_textures, view_uniforms
+from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
 
 LIGHT_BLOCK = UniformBlock(
     "light",
@@ -51,12 +52,12 @@ class LightPass:
 
     Args:
         tables: textures of the specular tables.
-        specular: whether any surface has a specular lobe.
+        layout: of the surfaces.
     """
 
-    def __init__(self, tables: AlbedoTextures, specular: bool = True) -> None:
+    def __init__(self, tables: AlbedoTextures, layout: SurfaceLayout) -> None:
         self._tables = tables
-        self._specular = specular
+        self._layout = layout
         self._programs: dict[_Variant, ShaderProgram] = {}
 
     def draw(
@@ -83,7 +84,9 @@ class LightPass:
         if not light.is_lit:
             return
         program = self._program(light, shadow is not None)
-        textures = lit_textures(surface) | (self._tables.textures if self._specular else {})
+        textures = surface.textures()
+        if reads_tables(self._layout):
+            textures |= self._tables.textures
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface),
             "light": light_uniforms(light, sample, surface.origin, weight),
@@ -97,32 +100,40 @@ class LightPass:
         has_spread = light.type == "AREA" and light.spread < np.pi
         variant = (light.type, has_spread, shadowed)
         if variant not in self._programs:
-            self._programs[variant] = _describe(variant, self._specular).build()
+            self._programs[variant] = _describe(variant, self._layout).build()
         return self._programs[variant]
 
 
-def _describe(variant: _Variant, specular: bool) -> PassShader:
+def reads_tables(layout: SurfaceLayout) -> bool:
+    """Whether the tables of the specular terms are read: for specular lobes, and coats."""
+    return layout.has("HAS_SPECULAR") or layout.has("HAS_VIEW_WEIGHT")
+
+
+def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
     light_type, has_spread, shadowed = variant
-    flags = {"HAS_SPREAD": has_spread, "HAS_SHADOW": shadowed, "HAS_SPECULAR": specular}
-    samplers: tuple[tuple[str, SamplerType], ...] = (
-        *LIT_SAMPLERS,
-        *(ALBEDO_SAMPLERS if specular else ()),
-        *((SHADOW_SAMPLER,) if shadowed else ()),
-    )
+    flags = {"HAS_SPREAD": has_spread, "HAS_SHADOW": shadowed}
+    tables = reads_tables(layout)
     return PassShader(
         name=f"light_{light_type.lower()}",
         fragment="light",
         library=(
-            "surface",
-            *(("albedo_table", "bsdf") if specular else ()),
+            *SURFACE_LIBRARY,
+            "diffuse",
+            *(("albedo_table", "bsdf", "view_weight") if tables else ()),
             "light",
             *(("shadow",) if shadowed else ()),
         ),
+        generated=layout.read_glsl(),
         blocks=(VIEW_BLOCK, LIGHT_BLOCK, *((SHADOW_BLOCK,) if shadowed else ())),
-        samplers=samplers,
+        samplers=(
+            *layout.samplers,
+            *(ALBEDO_SAMPLERS if tables else ()),
+            *((SHADOW_SAMPLER,) if shadowed else ()),
+        ),
         outputs=(("VEC4", "radiance"),),
         defines=(
             ("LIGHT_TYPE", str(_TYPE_CODE[light_type])),
+            *layout.defines,
             *((name, "1") for name, on in flags.items() if on),
         ),
     )

@@ -23,7 +23,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from ..caching.plan import ChannelPlan
 from ..corrmap.correspondence import Coverage
 from ..corrmap.geometry_buffer import GeometryBuffer
 from ..corrmap.pixel_filter import pixel_offsets
@@ -120,10 +119,11 @@ class RelightSession:
         self._preview_shadows: dict[str, ShadowMap] = {}
         self._receivers: NDArray[np.float64] | None = None
         tables = AlbedoTextures()
-        self._light_pass = LightPass(tables, _uses(store.plan, _SPECULAR_CHANNELS))
-        self._ambient_pass = AmbientPass(tables)
+        layout = self._sampler.layout
+        self._light_pass = LightPass(tables, layout)
+        self._ambient_pass = AmbientPass(tables, layout)
         self._background_pass = BackgroundPass()
-        self._emission_pass = EmissionPass() if _uses(store.plan, ("emission",)) else None
+        self._emission_pass = EmissionPass(layout) if store.plan.uses("emission") else None
         self._sum_pass = SumPass()
         self._preview = LayerStack(1)
         self._refined = LayerStack(samples)
@@ -377,14 +377,6 @@ class RelightSession:
             visible = position[position[:, 3] > 0.0, :3].astype(np.float64)
             self._receivers = visible + surface.origin
         return self._receivers
-
-
-_SPECULAR_CHANNELS = ("specular_f0", "specular_f90", "layer_f0", "layer_f90")
-
-
-def _uses(plan: ChannelPlan, channels: Sequence[str]) -> bool:
-    """Whether any of these channels varies or is not zero everywhere."""
-    return any(name in plan.stored or any(plan.constant(name) or ()) for name in channels)
 
 
 def _same_light(a: Light | None, b: Light | None) -> bool:

@@ -8,27 +8,12 @@ from typing import Any
 import numpy as np
 
 from ..corrmap.surface_buffer import SurfaceBuffer
-from ..glsl.shader import PassShader, SamplerType
+from ..corrmap.surface_layout import SurfaceLayout
+from ..glsl.shader import PassShader
 from ..glsl.uniforms import Field, UniformBlock
 from .blend_pass import add_fullscreen
 
 VIEW_BLOCK = UniformBlock("view", (Field("vec4", "eye"),))
-
-# All that lights a surface needs; what it emits by itself has a pass of its own.
-LIT_SAMPLERS: tuple[tuple[str, SamplerType], ...] = (
-    ("surface_position", "FLOAT_2D"),
-    ("surface_geometric_normal", "FLOAT_2D"),
-    ("surface_shading", "FLOAT_2D"),
-    ("surface_diffuse", "FLOAT_2D"),
-    ("surface_specular_f0", "FLOAT_2D"),
-    ("surface_specular_f90", "FLOAT_2D"),
-)
-
-
-def lit_textures(surface: SurfaceBuffer) -> dict[str, Any]:
-    """The textures of LIT_SAMPLERS."""
-    textures = surface.textures()
-    return {name: textures[name] for name, _ in LIT_SAMPLERS}
 
 
 def view_uniforms(surface: SurfaceBuffer) -> dict[str, Any]:
@@ -38,26 +23,31 @@ def view_uniforms(surface: SurfaceBuffer) -> dict[str, Any]:
 
 _SCALE_BLOCK = UniformBlock("scale", (Field("vec4", "factor"),))
 
-_EMISSION_PASS = PassShader(
-    name="emission",
-    fragment="emission",
-    blocks=(_SCALE_BLOCK,),
-    samplers=(("surface_position", "FLOAT_2D"), ("surface_emission", "FLOAT_2D")),
-    outputs=(("VEC4", "radiance"),),
-)
+
+# What reads a `SurfaceBuffer`, before what shades it.
+SURFACE_LIBRARY = ("material_table", "surface")
 
 
 class EmissionPass:
-    """Adds the radiance that surfaces send out by themselves."""
+    """Adds the radiance that surfaces send out by themselves.
 
-    def __init__(self) -> None:
-        self._program = _EMISSION_PASS.build()
+    Args:
+        layout: of the surfaces.
+    """
+
+    def __init__(self, layout: SurfaceLayout) -> None:
+        self._program = PassShader(
+            name="emission",
+            fragment="emission",
+            library=SURFACE_LIBRARY,
+            generated=layout.read_glsl(),
+            blocks=(_SCALE_BLOCK,),
+            samplers=layout.samplers,
+            outputs=(("VEC4", "radiance"),),
+            defines=layout.defines,
+        ).build()
 
     def draw(self, surface: SurfaceBuffer, target: Any, weight: float = 1.0) -> None:
         """Add `weight` times the emission to the framebuffer; alpha is left as it is."""
-        textures = {
-            "surface_position": surface.position,
-            "surface_emission": surface.emission,
-        }
         scale = {"factor": (weight, weight, weight, 0.0)}
-        add_fullscreen(self._program, target, textures, {"scale": scale})
+        add_fullscreen(self._program, target, surface.textures(), {"scale": scale})

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 
 from ..corrmap.surface_buffer import SurfaceBuffer
+from ..corrmap.surface_layout import SurfaceLayout
 from ..glsl.shader import PassShader, SamplerType, ShaderProgram, texture_from_array
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.view import View
 from ..scene.world import World
 from .albedo_pass import ALBEDO_SAMPLERS, AlbedoTextures
 from .blend_pass import add_fullscreen
-from .surface_pass import LIT_SAMPLERS, VIEW_BLOCK, lit_textures, view_uniforms
+from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
 from .world_light import LOBE_ROUGHNESS, prepare_world
 
 _BACKGROUND_BLOCK = UniformBlock(
@@ -155,10 +156,16 @@ def _background(has_picture: bool) -> PassShader:
 
 
 class AmbientPass:
-    """Adds the world's light on the surfaces."""
+    """Adds the world's light on the surfaces.
 
-    def __init__(self, tables: AlbedoTextures) -> None:
+    Args:
+        tables: textures of the specular tables.
+        layout: of the surfaces.
+    """
+
+    def __init__(self, tables: AlbedoTextures, layout: SurfaceLayout) -> None:
         self._tables = tables
+        self._layout = layout
         self._programs: dict[bool, ShaderProgram] = {}
 
     def draw(
@@ -167,8 +174,8 @@ class AmbientPass:
         """Add `weight` times the radiance that the world causes; alpha is left as it is."""
         has_picture = world.picture is not None
         if has_picture not in self._programs:
-            self._programs[has_picture] = _ambient(has_picture).build()
-        textures = lit_textures(surface) | self._tables.textures
+            self._programs[has_picture] = _ambient(has_picture, self._layout).build()
+        textures = surface.textures() | self._tables.textures
         if has_picture:
             textures |= {"world_picture": world.picture, "world_lobes": world.lobes}
         radiance = world.world.radiance
@@ -183,19 +190,27 @@ class AmbientPass:
         add_fullscreen(self._programs[has_picture], target, textures, uniforms)
 
 
-def _ambient(has_picture: bool) -> PassShader:
-    samplers = (*LIT_SAMPLERS, *ALBEDO_SAMPLERS)
+def _ambient(has_picture: bool, layout: SurfaceLayout) -> PassShader:
+    samplers = (*layout.samplers, *ALBEDO_SAMPLERS)
     if has_picture:
         samplers = (*samplers, ("world_picture", "FLOAT_2D"), ("world_lobes", "FLOAT_2D"))
     return PassShader(
         name="ambient",
         fragment="ambient",
-        library=("surface", "albedo_table", "bsdf", *(_PICTURE_LIBRARY if has_picture else ())),
+        library=(
+            *SURFACE_LIBRARY,
+            "albedo_table",
+            "bsdf",
+            "view_weight",
+            *(_PICTURE_LIBRARY if has_picture else ()),
+        ),
+        generated=layout.read_glsl(),
         blocks=(VIEW_BLOCK, _AMBIENT_BLOCK),
         samplers=samplers,
         outputs=(("VEC4", "radiance"),),
         defines=(
             ("LOBE_COUNT", str(len(LOBE_ROUGHNESS))),
+            *layout.defines,
             *((("HAS_PICTURE", "1"),) if has_picture else ()),
         ),
     )

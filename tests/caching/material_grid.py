@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.caching.bake import BakeReport, BakeSettings, bake_scene
+from addon.caching.channels import CHANNEL_BY_NAME
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
@@ -106,9 +107,14 @@ def at(
     framebuffer: DeepFramebuffer, store: CacheStore, name: str, point: tuple[float, float, float]
 ) -> NDArray[np.float64]:
     """A channel, stored or constant, where a world point is seen."""
-    constant = store.plan.constant(name)
+    plan = store.plan
+    constant = plan.constant(name)
     if constant is not None:
         return np.array(constant)
     u, v, _ = framebuffer.camera.project(np.array(point, dtype=np.float64))
-    column, row = int(u * RESOLUTION), int(v * RESOLUTION)
-    return framebuffer.channels[name][row, column].astype(np.float64)
+    column, row = (int(x * framebuffer.camera.resolution) for x in (u, v))
+    if name in plan.material_constants:
+        number = int(framebuffer.channels["material_id"][row, column, 0])
+        return np.array(plan.material_constants[name][number - 1])
+    values = framebuffer.channels[plan.same.get(name, name)][row, column].astype(np.float64)
+    return np.broadcast_to(values, CHANNEL_BY_NAME[name].components).copy()

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import bpy
 import pytest
@@ -21,7 +20,6 @@ from addon.caching.specialize_expression import (
     Socket,
     is_zero,
 )
-from addon.caching.specialize_lobes import Lobes, mix, mix_by_fresnel
 
 numbers = st.floats(-8.0, 8.0)
 
@@ -97,57 +95,10 @@ def test_reflectance_at_normal_incidence(build: ExpressionBuilder, ior: float, f
     assert found.values[0] == pytest.approx(f0, rel=1e-12)
 
 
-class Reports:
-    """Keeps what is reported."""
-
-    def __init__(self) -> None:
-        self.effects: list[str] = []
-
-    def __call__(self, effect: str) -> None:
-        self.effects.append(effect)
-
-
-def colour(*values: float) -> Constant:
-    return Constant(values * 3 if len(values) == 1 else values)
-
-
-def test_a_mix_weights_the_lobes_of_both_sides(build: ExpressionBuilder) -> None:
-    reports = Reports()
-    matte = Lobes(diffuse_color=colour(0.8), layer_f0=Constant((0.04,)), layer_f90=ONE)
-    metal = Lobes(specular_f0=colour(0.9), specular_f90=colour(1.0), roughness=Constant((0.2,)))
-    result = mix(build, matte, metal, Constant((0.25,)), reports)
-    assert result.diffuse_color == colour(0.75 * 0.8)
-    assert result.specular_f0 == colour(0.25 * 0.9)
-    # Only one side has either: neither the layer nor the roughness is blended.
-    assert result.layer_f0 == Constant((0.04,))
-    assert result.roughness == Constant((0.2,))
-    assert not reports.effects
-
-
-def test_a_mix_of_roughnesses_goes_by_energy_and_says_so(build: ExpressionBuilder) -> None:
-    reports = Reports()
-    sharp = Lobes(specular_f0=colour(0.9), specular_f90=colour(0.9), roughness=Constant((0.1,)))
-    blunt = Lobes(specular_f0=colour(0.3), specular_f90=colour(0.3), roughness=Constant((0.5,)))
-    result = mix(build, sharp, blunt, Constant((0.5,)), reports)
-    assert isinstance(result.roughness, Constant)
-    # Energies 3 : 1.
-    assert result.roughness.values[0] == pytest.approx(0.75 * 0.1 + 0.25 * 0.5, rel=1e-12)
-    assert len(reports.effects) == 1
-
-
-def test_a_fresnel_mix_is_a_dielectric_layer(build: ExpressionBuilder) -> None:
-    reports = Reports()
-    matte, coat = (
-        Lobes(diffuse_color=colour(0.5)),
-        Lobes(specular_f0=colour(1.0), specular_f90=colour(1.0), roughness=Constant((0.1,))),
-    )
-    result = mix_by_fresnel(build, matte, coat, Constant((0.04,)), reports)
-    expected: dict[str, Any] = {
-        "diffuse_color": 0.5, "layer_f0": 0.04, "layer_f90": 1.0, "specular_f0": 0.04,
-        "specular_f90": 1.0, "roughness": 0.1,
-    }  # fmt: skip
-    for name, value in expected.items():
-        found = getattr(result, name)
-        assert isinstance(found, Constant)
-        assert found.values == pytest.approx((value,) * len(found.values), rel=1e-12), name
-    assert not reports.effects
+def test_the_same_operation_is_one_node(build: ExpressionBuilder) -> None:
+    x, y = varying(build), varying(build)
+    assert build.multiply(x, y) == build.multiply(x, y)
+    assert build.multiply(x, y) != build.multiply(y, x)
+    assert build.clamp(build.mean(x)) == build.clamp(build.mean(x))
+    assert build.largest(x) == build.largest(x)
+    assert build.convert(x, 1, "VECTOR") == build.convert(x, 1, "VECTOR")

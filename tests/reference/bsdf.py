@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The twin of addon/glsl/lib/{albedo_table,bsdf}.glsl: the lobes, in float64.
+"""The twin of addon/glsl/lib/{albedo_table,bsdf,diffuse,view_weight}.glsl: a lobe, in float64.
 
-Written from the sources that the shader names: Walter et al. 2007 for GGX and the dielectric,
-Schlick 1994, Heitz 2014 for masking, Kulla and Conty 2017 for light between facets.
+Written from the sources that the shader names: Walter et al. 2007 for GGX, Beckmann and the
+dielectric, Schlick 1994, Heitz 2014 for masking, Kulla and Conty 2017 for light between facets,
+Kutz et al. 2021 for the edge tint, Ashikhmin and Shirley 2000, Fujii's Oren-Nayar.
 """
 
 from __future__ import annotations
@@ -27,21 +28,28 @@ def dot(a: Array, b: Array) -> Array:
     return np.asarray(np.sum(a * b, axis=-1))
 
 
-class Lobes:
-    """The lobes of all pixels, seen from the view."""
+class Lobe:
+    """One lobe of all pixels, seen from the view."""
 
-    def __init__(self, surface: Surfaces) -> None:
+    def __init__(self, surface: Surfaces, number: int = 1) -> None:
+        def get(field: str) -> Array:
+            return surface.channel(field, number)
+
         self.Ng = surface.geometric_normal[..., :3]
-        self.N = surface.shading[..., :3]
+        self.N = get("normal")
         self.V = surface.toward_viewer
-        self.roughness = surface.shading[..., 3]
-        self.diffuse_color = surface.diffuse[..., :3]
-        self.f0, self.f90 = surface.specular_f0[..., :3], surface.specular_f90[..., :3]
-        self.layer_f0, self.layer_f90 = surface.diffuse[..., 3], surface.specular_f0[..., 3]
+        self.roughness = get("roughness")
+        self.distribution = get("distribution")
+        self.diffuse_color, self.diffuse_roughness = get("diffuse_color"), get("diffuse_roughness")
+        self.translucent_color = get("translucent_color")
+        self.f0, self.f90, self.dip = get("specular_f0"), get("specular_f90"), get("specular_dip")
+        self.layer_f0, self.layer_f90 = get("layer_f0"), get("layer_f90")
+        self.span = (get("dielectric") * (self.layer_f90 - self.layer_f0))[..., None]
         covered = np.where(self.layer_f90 > 0.0, self.layer_f90, 1.0)
         self.ratio = np.clip(self.layer_f0 / covered, 0.0, 1.0)
         self.N_specular = specular_normal(self.N, self.Ng, self.V)
         self.NoV = dot(self.N_specular, self.V)
+        self.view_weight = self._view_weight(surface, number)
 
         mu = np.clip(self.NoV, 0.0, 1.0)
         tables = albedo_tables()
@@ -49,31 +57,76 @@ class Lobes:
         at = np.stack([self.roughness, mu], axis=-1)
         table = RegularGridInterpolator((axis, axis), tables.microfacet.astype(np.float64))(at)
         self.E, self.B, self.E_avg = table[..., 0], table[..., 1], table[..., 3]
-        axis = np.linspace(0.0, 1.0, DIELECTRIC_NODES)
-        cube = tables.dielectric.astype(np.float64).reshape((DIELECTRIC_NODES,) * 3)
-        at = np.stack([self.ratio**0.25, self.roughness, mu], axis=-1)
-        share = RegularGridInterpolator((axis,) * 3, cube)(at)
+        share = dielectric_share(self.ratio, self.roughness, mu)
         self.B_dielectric = np.where(self.layer_f90 > 0.0, share * self.E, self.B)
 
-    def bounces(self, f0: Array, f90: Array) -> Array:
+    def _view_weight(self, surface: Surfaces, number: int) -> Array:
+        """(H, W, 1)."""
+        base, slope, curve, parameter, roughness = (
+            surface.channel(f"view_{name}", number)
+            for name in ("base", "slope", "curve", "parameter", "roughness")
+        )
+        NoV = np.clip(np.abs(dot(self.N, self.V)), 0.0, 1.0)
+        f0 = np.clip(parameter, 0.0, 1.0)
+        values = [
+            np.zeros_like(NoV),
+            f0 + (1.0 - f0) * np.vectorize(dielectric_weight)(NoV, f0),
+            1.0 - np.maximum(NoV, 1e-20) ** parameter,
+            f0 + (1.0 - f0) * dielectric_share(f0, roughness, NoV),
+        ]
+        return np.asarray(base + slope * np.choose(curve.astype(np.int64), values))[..., None]
+
+    def bounces(self, f0: Array, f90: Array, dip: Array | float = 0.0) -> Array:
         """The factor for light that bounces between facets; (H, W, 1 or 3)."""
-        Fss = np.clip(f0 + (f90 - f0) / 21.0, 0.0, 1.0)
+        Fss = np.clip(f0 + (f90 - f0) / 21.0 - dip / 126.0, 0.0, 1.0)
         E, E_avg = self.E[..., None], self.E_avg[..., None]
         Fms = Fss * E_avg / (1.0 - Fss * (1.0 - E_avg))
         return np.asarray(1.0 + Fms * (1.0 - E) / E)
 
-    def albedo(self, f0: Array, f90: Array) -> Array:
-        """The specular lobe's directional albedo; (H, W, 1 or 3)."""
+    @property
+    def own_bounces(self) -> Array:
+        """Of the lobe itself: only multiscatter GGX has them."""
+        has = (self.distribution == 0.0)[..., None]
+        return np.where(has, self.bounces(self.f0, self.f90, self.dip), 1.0)
+
+    @property
+    def albedo(self) -> Array:
+        """(H, W, 3) the specular lobe's directional albedo."""
+        mu = np.clip(self.NoV, 0.0, 1.0)[..., None]
+        lost = self.dip * mu * (1.0 - mu) ** 6 * self.E[..., None]
+        return np.maximum(self._single(self.f0, self.f90, self.span) - lost, 0.0) * self.own_bounces
+
+    def _single(self, f0: Array, f90: Array, span: Array) -> Array:
         E, B = self.E[..., None], self.B[..., None]
-        span = (self.layer_f90 - self.layer_f0)[..., None]
-        single = f0 * (E - B) + f90 * B + span * (self.B_dielectric[..., None] - B)
-        return np.asarray(single * self.bounces(f0, f90))
+        return np.asarray(f0 * (E - B) + f90 * B + span * (self.B_dielectric[..., None] - B))
 
     @property
     def transmission(self) -> Array:
         """(H, W, 1) what the layer lets through to the diffuse lobe."""
-        kept = self.albedo(self.layer_f0[..., None], self.layer_f90[..., None])
-        return np.clip(1.0 - kept, 0.0, 1.0)
+        f0, f90 = self.layer_f0[..., None], self.layer_f90[..., None]
+        return np.clip(1.0 - self._single(f0, f90, f90 - f0) * self.bounces(f0, f90), 0.0, 1.0)
+
+    def diffuse(self, L: Array) -> Array:
+        """(H, W, 3) the diffuse base times NoL, without its layer."""
+        NoL = np.maximum(dot(self.N, L), 0.0)
+        lambert = (NoL / np.pi)[..., None] * np.ones(3)
+        is_rough = (self.diffuse_roughness > 1e-5)[..., None]
+        return self.diffuse_color * np.where(is_rough, self._oren_nayar(L, NoL), lambert)
+
+    def _oren_nayar(self, L: Array, NoL: Array) -> Array:
+        sigma = np.clip(self.diffuse_roughness, 0.0, 1.0)
+        a = 1.0 / (np.pi + sigma * (np.pi / 2.0 - 2.0 / 3.0))
+        b = sigma * a
+        NoV = np.maximum(dot(self.N, self.V), 0.0)
+        s = dot(L, self.V) - NoL * NoV
+        t = np.where(s > 0.0, s / np.maximum(np.maximum(NoL, NoV), 1e-37), s)
+        rho = np.clip(self.diffuse_color, 0.0, 1.0)
+        mean = (a * np.pi + (2.0 * np.pi - 5.6) / 3.0 * b)[..., None]
+        lost_mean = np.where(mean < 1.0, 1.0 - mean, 1.0)  # Lambert's has no bounces
+        bounced = rho**2 * mean / lost_mean / (1.0 - rho * lost_mean) / np.pi
+        lost = [1.0 - (a * np.pi + b * _oren_nayar_integral(mu)) for mu in (NoV, NoL)]
+        both = (lost[0] * lost[1])[..., None]
+        return np.asarray(NoL[..., None] * ((a + b * t)[..., None] + bounced * both))
 
     def specular(self, L: Array, cell_sq: Array) -> Array:
         """(H, W, 3) the specular lobe times NoL, for a light of that squared angular radius."""
@@ -86,16 +139,48 @@ class Lobes:
         H = H / np.linalg.norm(H, axis=-1, keepdims=True)
         NoH, LoH = np.where(lit, dot(N, H), 1.0), np.clip(dot(L, H), 1e-12, 1.0)
         slope = np.linalg.norm(np.cross(N, H), axis=-1) / NoH
-        D = ggx_mean(slope, self.roughness**2, np.sqrt(cell_sq / (4.0 * LoH))) / NoH**4
+        disk_sq = cell_sq / (4.0 * LoH)
+        D = ggx_mean(slope, self.roughness**2, np.sqrt(disk_sq)) / NoH**4
         lambdas = sum(
             0.5 * (np.sqrt(1.0 + alpha_sq * (1.0 / c**2 - 1.0)) - 1.0) for c in (NoV, NoL)
         )
+        shape = D / (4.0 * NoV * (1.0 + lambdas))
+        wide = alpha_sq + 0.5 * disk_sq
+        with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
+            D = np.exp(-(slope**2) / wide) / (np.pi * wide * NoH**4)
+            beckmann = D / (4.0 * NoV * (1.0 + sum(_beckmann(c, alpha_sq) for c in (NoV, NoL))))
+            n = np.maximum(2.0 / wide - 2.0, 0.0)
+            log_cos = -0.5 * np.log1p(slope**2)
+            pump = 1.0 / np.maximum(1e-6, np.maximum(LoH, 1e-6) * np.maximum(NoV, NoL))
+            ashikhmin = NoL * (n + 1.0) / (8.0 * np.pi) * np.exp(n * log_cos) * pump
+        shape = np.choose(self.distribution.astype(np.int64), [shape, shape, beckmann, ashikhmin])
         schlick = ((1.0 - LoH) ** 5)[..., None]
         dielectric = np.vectorize(dielectric_weight)(LoH, self.ratio)[..., None]
-        span = (self.layer_f90 - self.layer_f0)[..., None]
-        F = self.f0 + (self.f90 - self.f0) * schlick + span * (dielectric - schlick)
-        value = F * self.bounces(self.f0, self.f90) * (D / (4.0 * NoV * (1.0 + lambdas)))[..., None]
+        F = self.f0 + (self.f90 - self.f0) * schlick + self.span * (dielectric - schlick)
+        F = np.maximum(F - self.dip * (LoH * (1.0 - LoH) ** 6)[..., None], 0.0)
+        value = F * self.own_bounces * shape[..., None]
         return np.where(lit[..., None], value, 0.0)
+
+
+def dielectric_share(f0: Array, roughness: Array, mu: Array) -> Array:
+    """The table of a dielectric's curve, between its nodes."""
+    axis = np.linspace(0.0, 1.0, DIELECTRIC_NODES)
+    cube = albedo_tables().dielectric.astype(np.float64).reshape((DIELECTRIC_NODES,) * 3)
+    at = np.stack([f0**0.25, roughness, mu], axis=-1)
+    return np.asarray(RegularGridInterpolator((axis,) * 3, cube)(at))
+
+
+def _oren_nayar_integral(mu: Array) -> Array:
+    sine, theta = np.sqrt(1.0 - mu**2), np.arccos(np.clip(mu, 0.0, 1.0))
+    safe = np.maximum(mu, 1e-6)
+    value = sine * (theta - 2.0 / 3.0 - sine * mu) + 2.0 / 3.0 * sine / safe * (1.0 - sine**3)
+    return np.where(mu < 1e-6, np.pi / 2.0 - 2.0 / 3.0 - mu, value)
+
+
+def _beckmann(cosine: Array, alpha_sq: Array) -> Array:
+    a = 1.0 / np.sqrt(np.maximum(alpha_sq * (1.0 / cosine**2 - 1.0), 1e-20))
+    value = (1.0 - 1.259 * a + 0.396 * a**2) / (3.535 * a + 2.181 * a**2)
+    return np.where(a < 1.6, value, 0.0)
 
 
 def ggx_mean(slope: Array, alpha: Array, radius: Array) -> Array:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from addon.relight.light_sample import LightSample
 from addon.scene.light import Light
 
-from .bsdf import Lobes, dot
+from .bsdf import Lobe, dot
 from .surfaces import Surfaces
 
 Array = NDArray[np.float64]
@@ -20,21 +20,25 @@ def light_layer(
     light: Light,
     sample: LightSample,
     visibility: Array | None = None,
-    specular: bool = True,
 ) -> Array:
     """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow."""
     L, strength, cell_sq = incidence(surface, light, sample)
-    lobes = Lobes(surface)
-    NoL = dot(lobes.N, L)
-    reflected = lobes.diffuse_color * (np.maximum(NoL, 0.0) / np.pi)[..., None]
-    reflected = reflected * light.diffuse_factor
-    if specular:
-        reflected = reflected * lobes.transmission
-        reflected = reflected + light.specular_factor * lobes.specular(L, cell_sq)
+    front: Array = np.zeros(L.shape)
+    back: Array = np.zeros(L.shape)
+    for number in range(1, surface.lobes + 1):
+        lobe = Lobe(surface, number)
+        reflected = light.diffuse_factor * lobe.diffuse(L) * lobe.transmission
+        reflected = reflected + light.specular_factor * lobe.specular(L, cell_sq)
+        front = front + lobe.view_weight * reflected
+        through = np.maximum(-dot(lobe.N, L), 0.0)[..., None] / np.pi * lobe.translucent_color
+        back = back + lobe.view_weight * light.diffuse_factor * through
+    total = front + back
     if visibility is not None:
-        strength = strength * visibility * (dot(lobes.Ng, L) > 0.0)
+        NgoL = dot(surface.geometric_normal[..., :3], L)[..., None]
+        strength = strength * visibility
+        total = np.where(NgoL > 0.0, front, np.where(NgoL < 0.0, back, 0.0))
     lit = surface.hit & (strength > 0.0)
-    return np.where(lit[..., None], reflected * strength[..., None] * light.intensity, 0.0)
+    return np.where(lit[..., None], total * strength[..., None] * light.intensity, 0.0)
 
 
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:

@@ -11,7 +11,7 @@ from addon.relight.world_light import LOBE_ROUGHNESS, WorldLight, harmonics
 from addon.scene.view import View
 from addon.scene.world import World
 
-from .bsdf import Lobes, dot
+from .bsdf import Lobe, dot
 from .surfaces import Surfaces
 
 Array = NDArray[np.float64]
@@ -19,20 +19,25 @@ Array = NDArray[np.float64]
 
 def ambient(surface: Surfaces, world: World, light: WorldLight | None) -> Array:
     """(H, W, 3) radiance that the world causes; `light` is its prepared picture, if it has one."""
-    lobes = Lobes(surface)
-    N, V = lobes.N_specular, lobes.V
-    if light is None:
-        assert world.radiance is not None
-        diffuse = specular = np.broadcast_to(world.radiance, N.shape)
-    else:
-        assert world.equirect is not None
-        diffuse = np.maximum(harmonics(lobes.N) @ light.irradiance, 0.0)
-        R = 2.0 * dot(N, V)[..., None] * N - V
-        specular = _reflected(world.equirect, light, R, lobes.roughness)
-    # A normal that faces away from the viewer reads the tables at their first node.
-    result = lobes.diffuse_color * lobes.transmission * diffuse
-    result = result + lobes.albedo(lobes.f0, lobes.f90) * specular
-    return np.where(surface.hit[..., None], result * surface.specular_f90[..., 3:], 0.0)
+    result = np.zeros((*surface.hit.shape, 3))
+    for number in range(1, surface.lobes + 1):
+        lobe = Lobe(surface, number)
+        N, V = lobe.N_specular, lobe.V
+        if light is None:
+            assert world.radiance is not None
+            diffuse = behind = specular = np.broadcast_to(world.radiance, N.shape)
+        else:
+            assert world.equirect is not None
+            diffuse = np.maximum(harmonics(lobe.N) @ light.irradiance, 0.0)
+            behind = np.maximum(harmonics(-lobe.N) @ light.irradiance, 0.0)
+            R = 2.0 * dot(N, V)[..., None] * N - V
+            specular = _reflected(world.equirect, light, R, lobe.roughness)
+        # A normal that faces away from the viewer reads the tables at their first node.
+        seen = lobe.diffuse_color * lobe.transmission * diffuse
+        seen = seen + lobe.translucent_color * behind + lobe.albedo * specular
+        result = result + lobe.view_weight * seen
+    open_share = surface.channel("ambient_occlusion")[..., None]
+    return np.where(surface.hit[..., None], result * open_share, 0.0)
 
 
 def _reflected(

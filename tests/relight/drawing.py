@@ -36,11 +36,10 @@ def drawn_light(
     samples: Sequence[LightSample],
     *,
     shadow: ShadowMap | None = None,
-    specular: bool = True,
 ) -> NDArray[np.float64]:
     """(H, W, 4): the mean of some points of a light."""
     textures = surface.upload()
-    light_pass = LightPass(TABLES, specular)
+    light_pass = LightPass(TABLES, surface.layout)
 
     def draw(target: Any) -> None:
         for sample in samples:

@@ -135,7 +135,7 @@ def relit_picture(
     hit = position[..., 3] > 0.0
     normal = read_texture(visible.normal).astype(np.float64)[..., :3]
     seen = surfaces(position[..., :3], normal, eye=(0, 0, 0), origin=tuple(view.origin), albedo=0.8)
-    seen = replace(seen, position=position, **_shading(seen, material))
+    seen = replace(seen, position=position, channels={**seen.channels, **_shading(SIZE, material)})
     shadows = ShadowPass(buffer)
     receivers = position[hit][:, :3] + view.origin
     total = np.zeros((SIZE, SIZE, 3))
@@ -143,30 +143,30 @@ def relit_picture(
     for k in range(samples):
         sample = light_sample(light, k, samples)
         shadow = shadows.draw(light, sample, geometry.bounds, receivers)
-        lit = drawn_light(seen, light, [sample], shadow=shadow, specular=bool(material))
+        lit = drawn_light(seen, light, [sample], shadow=shadow)
         total += lit[..., :3] / samples
     return total, hit
 
 
-def _shading(seen: Any, material: dict[str, Any]) -> dict[str, Any]:
+def _shading(size: int, material: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
     """The channels of a Principled BSDF without textures."""
     if not material:
         return {}
     color = np.array(material["Base Color"][:3])
     metallic = material.get("Metallic", 0.0)
     f0 = ((1.5 - 1.0) / (1.5 + 1.0)) ** 2
-    shading, diffuse = seen.shading.copy(), seen.diffuse.copy()
-    specular_f0, specular_f90 = seen.specular_f0.copy(), seen.specular_f90.copy()
-    shading[..., 3] = material["Roughness"]
-    diffuse[..., :3], diffuse[..., 3] = color * (1.0 - metallic), f0 * (1.0 - metallic)
-    specular_f0[..., :3] = color * metallic + f0 * (1.0 - metallic)
-    specular_f0[..., 3] = 1.0 - metallic
-    specular_f90[..., :3] = 1.0
+    values = {
+        "diffuse_color": color * (1.0 - metallic),
+        "layer_f0": [f0],
+        "layer_f90": [1.0],
+        "specular_f0": color * metallic + f0 * (1.0 - metallic),
+        "specular_f90": [1.0, 1.0, 1.0],
+        "dielectric": [1.0 - metallic],
+        "roughness": [material["Roughness"]],
+    }
     return {
-        "shading": shading,
-        "diffuse": diffuse,
-        "specular_f0": specular_f0,
-        "specular_f90": specular_f90,
+        name: np.broadcast_to(np.float32(value), (size, size, len(value))).astype(np.float64)
+        for name, value in values.items()
     }
 
 

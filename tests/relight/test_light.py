@@ -25,7 +25,7 @@ def radiance(light: Light, point: tuple[float, float, float], count: int = 1) ->
     normal = np.array([0.0, 0.0, 1.0])
     surface = surfaces(np.array([[point]]), normal, albedo=ALBEDO)
     samples = [light_sample(light, k, count) for k in range(count)]
-    return float(drawn_light(surface, light, samples, specular=False)[0, 0, 0])
+    return float(drawn_light(surface, light, samples)[0, 0, 0])
 
 
 def down(height: float) -> NDArray[np.float64]:

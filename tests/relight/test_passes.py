@@ -80,19 +80,23 @@ def assert_close(got: NDArray[np.float64], want: NDArray[np.float64]) -> None:
         assert np.median(np.abs(got - want)[want > 0.0] / want[want > 0.0]) < 5e-6
 
 
-@pytest.mark.parametrize("specular", [True, False])
+SPECULAR = ("specular_f0", "specular_f90", "layer_f0", "layer_f90", "dielectric", "roughness")
+
+
+@pytest.mark.parametrize("kind", ["plain", "diffuse", "two lobes"])
 @pytest.mark.parametrize("name", LIGHTS)
-def test_light_pass(name: str, specular: bool) -> None:
+def test_light_pass(name: str, kind: str) -> None:
     light = LIGHTS[name]
     for perspective, count in ((True, 1), (False, 7)):
-        surface = random_surfaces(2 + count, perspective=perspective)
+        lobes = 2 if kind == "two lobes" else 1
+        surface = random_surfaces(2 + count, perspective=perspective, lobes=lobes)
+        if kind == "diffuse":
+            surface = surface.without(*SPECULAR)
         sample = light_sample(light, 2 if count > 1 else 0, count)
-        lit = drawn_light(surface, light, [sample], specular=specular)
-        assert_close(
-            lit[..., :3], light_twin.light_layer(surface, light, sample, specular=specular)
-        )
+        lit = drawn_light(surface, light, [sample])
+        assert_close(lit[..., :3], light_twin.light_layer(surface, light, sample))
         assert (lit[..., 3] == 0.0).all()
-        assert lit[..., :3].any() or (light.diffuse_factor == 0.0 and not specular)
+        assert lit[..., :3].any() or (light.diffuse_factor == 0.0 and kind == "diffuse")
 
 
 def test_passes_add_up() -> None:
@@ -124,18 +128,20 @@ def worlds() -> dict[str, World]:
     }
 
 
+@pytest.mark.parametrize("lobes", [1, 2])
 @pytest.mark.parametrize("kind", ["constant", "picture"])
-def test_ambient_pass(kind: str) -> None:
+def test_ambient_pass(kind: str, lobes: int) -> None:
     world = worlds()[kind]
+    surface = random_surfaces(1, lobes=lobes)
     light = prepare_world(world.equirect) if world.equirect is not None else None
     got = drawn(
         96,
         96,
-        lambda target: AmbientPass(TABLES).draw(
-            SURFACES.upload(), WorldTextures.upload(world), target
+        lambda target: AmbientPass(TABLES, surface.layout).draw(
+            surface.upload(), WorldTextures.upload(world), target
         ),
     )
-    assert_close(got[..., :3], world_twin.ambient(SURFACES, world, light))
+    assert_close(got[..., :3], world_twin.ambient(surface, world, light))
     assert (got[..., 3] == 0.0).all()
 
 
@@ -186,10 +192,12 @@ def test_transparent_film_and_hidden_world() -> None:
 
 
 def test_emission_pass() -> None:
-    got = drawn(96, 96, lambda target: EmissionPass().draw(SURFACES.upload(), target, 0.25))
-    want = 0.25 * SURFACES.emission * SURFACES.hit[..., None]
+    emission = EmissionPass(SURFACES.layout)
+    got = drawn(96, 96, lambda target: emission.draw(SURFACES.upload(), target, 0.25))
+    want = 0.25 * SURFACES.channel("emission") * SURFACES.hit[..., None]
     # A product of float32 numbers, one of them a power of two: exact.
-    np.testing.assert_array_equal(got, want)
+    np.testing.assert_array_equal(got[..., :3], want)
+    assert not got[..., 3].any()
 
 
 def test_sum_of_layers() -> None:

@@ -60,8 +60,7 @@ def lit(
     points = surface.position[..., :3].reshape(-1, 3) + surface.origin
     shadow = ShadowPass(buffer, settings).draw(light, sample, geometry.bounds, points)
     both = [
-        drawn_light(surface, light, [sample], shadow=chosen, specular=False)[..., 0]
-        for chosen in (shadow, None)
+        drawn_light(surface, light, [sample], shadow=chosen)[..., 0] for chosen in (shadow, None)
     ]
     share = np.divide(both[0], both[1], out=np.zeros_like(both[0]), where=both[1] > 0.0)
     return Lit(shadow, share)
@@ -283,7 +282,7 @@ def test_light_without_shadow_goes_through() -> None:
     light = EDGE_LIGHTS["point"]
     shadowed = lit(geometry, light, surface).visibility
     assert shadowed[0, 4] == 0.0
-    through = drawn_light(surface, light, [light_sample(light, 0, 1)], specular=False)
+    through = drawn_light(surface, light, [light_sample(light, 0, 1)])
     assert (through[..., :3] > 0.0).all()
 
 

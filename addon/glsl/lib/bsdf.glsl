@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The lobes of addon/caching/channels.py, as Cycles' Diffuse, Glossy and Principled BSDF have
- * them. The Fresnel term has two parts that add up to the stored f0 and f90: the dielectric
- * layer's, with the dielectric's own curve, and the rest, with Schlick's. */
+ * The lobes of addon/caching/channels.py, as Cycles' Diffuse, Glossy, Metallic, Translucent and
+ * Principled BSDF have them. The Fresnel term has two parts that add up to the stored f0 and f90:
+ * the dielectric layer's, with the dielectric's own curve, and the rest, with Schlick's. */
 
 /* The mean of Schlick's weight over the cosine-weighted hemisphere: 2 / ((5 + 3) 5 + 2). */
 const float SCHLICK_MEAN = 1.0 / 21.0;
@@ -47,10 +47,22 @@ float layer_ratio(vec2 layer)
 }
 
 /* Linear in what is stored: the layer's own span follows `dielectric`, the rest `schlick`. */
-vec3 fresnel_mix(vec3 f0, vec3 f90, vec2 layer, float schlick, float dielectric)
+vec3 fresnel_mix(Lobe lobe, float schlick, float dielectric)
 {
-  float span = layer.y - layer.x;
-  return f0 + (f90 - f0) * schlick + vec3(span * (dielectric - schlick));
+  float span = lobe.dielectric * (lobe.layer.y - lobe.layer.x);
+  return lobe.f0 + (lobe.f90 - lobe.f0) * schlick + vec3(span * (dielectric - schlick));
+}
+
+/* What a metal's edge tint takes away; Kutz et al. 2021. */
+vec3 edge_tint(Lobe lobe, float LoH)
+{
+#ifdef HAS_DIP
+  float m = clamp(1.0 - LoH, 0.0, 1.0);
+  float m3 = m * m * m;
+  return lobe.dip * (LoH * m3 * m3);
+#else
+  return vec3(0.0);
+#endif
 }
 
 /* Trowbridge-Reitz (GGX) normal distribution; Walter et al. 2007, eq. 33; as its mean over a disk
@@ -83,36 +95,102 @@ float lambda_ggx(float cosine, float alpha_sq)
   return 0.5 * (sqrt(1.0 + alpha_sq * max(1.0 - c2, 0.0) / c2) - 1.0);
 }
 
+/* Beckmann's distribution (Walter et al. 2007, eq. 25). A light's disk of half vectors widens it
+ * by the disk's own variance of slopes. */
+float D_beckmann(vec3 N, vec3 H, float alpha_sq, float disk_sq)
+{
+  vec3 NxH = cross(N, H);
+  float NoH = dot(N, H);
+  float cos_sq = NoH * NoH;
+  float wide_sq = alpha_sq + 0.5 * disk_sq;
+  return exp(-dot(NxH, NxH) / (cos_sq * wide_sq)) / (PI * wide_sq * cos_sq * cos_sq);
+}
+
+/* Smith's Lambda for Beckmann, in the rational form of Walter et al. 2007, after eq. 27. */
+float lambda_beckmann(float cosine, float alpha_sq)
+{
+  float tan_sq = max(1.0 / (cosine * cosine) - 1.0, 0.0);
+  float a = inversesqrt(max(alpha_sq * tan_sq, 1e-20));
+  return a < 1.6 ? (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) : 0.0;
+}
+
+/* Ashikhmin and Shirley, An Anisotropic Phong BRDF Model (2000), with equal exponents and without
+ * its diffuse part; the exponent of a roughness is Cycles' 2 / alpha^2 - 2. Times NoL, without
+ * Fresnel. */
+float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float alpha_sq, float disk_sq)
+{
+  float n = max(2.0 / (alpha_sq + 0.5 * disk_sq) - 2.0, 0.0);
+  float NoV = dot(N, V);
+  float NoL = dot(N, L);
+  /* log(NoH^2) = log(1 - sin^2) from the sine, which keeps its digits in a narrow lobe. */
+  vec3 NxH = cross(N, H);
+  float sine_sq = min(dot(NxH, NxH), 1.0);
+  float log_cos = sine_sq < 1e-3 ? -0.5 * sine_sq * (1.0 + 0.5 * sine_sq) :
+                                   log(max(dot(N, H), 1e-20));
+  float pump = 1.0 / max(1e-6, max(abs(dot(H, V)), 1e-6) * max(NoV, NoL));
+  return NoL * (n + 1.0) / (8.0 * PI) * exp(n * log_cos) * pump;
+}
+
+bool bounces_between_facets(Lobe lobe)
+{
+#ifdef HAS_DISTRIBUTION
+  return lobe.distribution < 0.5;
+#else
+  return true;
+#endif
+}
+
 /* What Cycles adds for light that bounces between facets (microfacet_ggx_preserve_energy),
  * after Kulla and Conty, Revisiting Physically Based Shading at Imageworks (2017). */
-vec3 multiscatter(vec3 f0, vec3 f90, vec4 albedo)
+vec3 multiscatter(vec3 f0, vec3 f90, vec3 dip, vec4 albedo)
 {
   /* Fresnel's mean for a dielectric is about 3 % above Schlick's at an index of 1.5 and this
-   * term is of second order, so Schlick's mean serves both. */
-  vec3 Fss = clamp(f0 + (f90 - f0) * SCHLICK_MEAN, vec3(0.0), vec3(1.0));
+   * term is of second order, so Schlick's mean serves both. That of the dip is 1/126 of it. */
+  vec3 Fss = clamp(f0 + (f90 - f0) * SCHLICK_MEAN - dip / 126.0, vec3(0.0), vec3(1.0));
   float missing = (1.0 - albedo.x) / albedo.x;
   vec3 Fms = Fss * albedo.w / (vec3(1.0) - Fss * (1.0 - albedo.w));
   return vec3(1.0) + Fms * missing;
 }
 
-/* The directional albedo of the lobe with these reflectances, bounces between facets included. */
-vec3 specular_albedo(vec3 f0, vec3 f90, vec2 layer, float mu, float roughness, vec4 albedo)
+vec3 lobe_multiscatter(Lobe lobe, vec4 albedo)
 {
-  float dielectric = albedo.y;
-  if (layer.y > 0.0) {
-    dielectric = dielectric_albedo(mu, roughness, layer_ratio(layer)) * albedo.x;
+  if (!bounces_between_facets(lobe)) {
+    return vec3(1.0);
   }
-  vec3 single = f0 * (albedo.x - albedo.y) + f90 * albedo.y +
-                vec3((layer.y - layer.x) * (dielectric - albedo.y));
-  return single * multiscatter(f0, f90, albedo);
+#ifdef HAS_DIP
+  return multiscatter(lobe.f0, lobe.f90, lobe.dip, albedo);
+#else
+  return multiscatter(lobe.f0, lobe.f90, vec3(0.0), albedo);
+#endif
 }
 
-/* The share of light that the dielectric layer lets through to the diffuse lobe and back. */
-float layer_transmission(vec2 layer, float mu, float roughness, vec4 albedo)
+/* Schlick's and the dielectric's share of the split sum, of the layer of a lobe. */
+vec2 grazing_albedo(Lobe lobe, float mu, vec4 albedo)
 {
-  vec3 kept = specular_albedo(
-      vec3(layer.x), vec3(layer.y), layer, mu, roughness, albedo);
-  return clamp(1.0 - kept.x, 0.0, 1.0);
+  float dielectric = albedo.y;
+  if (lobe.layer.y > 0.0) {
+    dielectric = dielectric_albedo(mu, lobe.roughness, layer_ratio(lobe.layer)) * albedo.x;
+  }
+  return vec2(albedo.y, dielectric);
+}
+
+/* The directional albedo of the specular lobe, bounces between facets included. */
+vec3 specular_albedo(Lobe lobe, float mu, vec4 albedo)
+{
+  vec2 grazing = grazing_albedo(lobe, mu, albedo);
+  vec3 single = lobe.f0 * (albedo.x - grazing.x) + lobe.f90 * grazing.x +
+                vec3(lobe.dielectric * (lobe.layer.y - lobe.layer.x) * (grazing.y - grazing.x)) -
+                edge_tint(lobe, mu) * albedo.x;
+  return max(single, vec3(0.0)) * lobe_multiscatter(lobe, albedo);
+}
+
+/* The share of light that the dielectric layer lets through to the diffuse base and back. */
+float layer_transmission(Lobe lobe, float mu, vec4 albedo)
+{
+  vec2 grazing = grazing_albedo(lobe, mu, albedo);
+  float single = lobe.layer.x * (albedo.x - grazing.y) + lobe.layer.y * grazing.y;
+  float kept = single * multiscatter(vec3(lobe.layer.x), vec3(lobe.layer.y), vec3(0.0), albedo).x;
+  return clamp(1.0 - kept, 0.0, 1.0);
 }
 
 /* The shading normal, turned towards the geometric one until the mirrored view direction clears
@@ -136,18 +214,18 @@ vec3 specular_normal(vec3 N, vec3 Ng, vec3 V)
   return sin(angle) * X + cos(angle) * Ng;
 }
 
-/* GGX with Fresnel, times NoL. `cell_sq` is the squared angular radius of the part of the light that
- * L stands for. */
-vec3 specular_lobe(Surface s, vec3 N, vec3 L, float cell_sq, vec4 albedo)
+/* The microfacet lobe with Fresnel, times NoL. `cell_sq` is the squared angular radius of the part
+ * of the light that L stands for. */
+vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo)
 {
-  float NoV = dot(N, s.V);
+  float NoV = dot(N, V);
   float NoL = dot(N, L);
-  float alpha = s.roughness * s.roughness;
+  float alpha = lobe.roughness * lobe.roughness;
   float alpha_sq = alpha * alpha;
   if (NoV <= 0.0 || NoL <= 0.0 || (alpha_sq <= MIRROR_ALPHA_SQ && cell_sq <= 0.0)) {
     return vec3(0.0);
   }
-  vec3 half_vector = L + s.V;
+  vec3 half_vector = L + V;
   float half_length = length(half_vector);
   if (half_length <= 0.0) {
     return vec3(0.0);
@@ -159,11 +237,20 @@ vec3 specular_lobe(Surface s, vec3 N, vec3 L, float cell_sq, vec4 albedo)
   }
   /* Walter et al. 2007, eq. 14: solid angles shrink by 4 LoH from L to H. */
   float disk_sq = cell_sq / (4.0 * LoH);
+  float ratio = layer_ratio(lobe.layer);
+  vec3 F = fresnel_mix(lobe, schlick_weight(LoH), dielectric_weight(LoH, ratio));
+  F = max(F - edge_tint(lobe, LoH), vec3(0.0));
+#ifdef HAS_DISTRIBUTION
+  if (lobe.distribution > 2.5) {
+    return F * ashikhmin_shirley(N, V, L, H, alpha_sq, disk_sq);
+  }
+  if (lobe.distribution > 1.5) {
+    float masked = 1.0 + lambda_beckmann(NoV, alpha_sq) + lambda_beckmann(NoL, alpha_sq);
+    return F * (D_beckmann(N, H, alpha_sq, disk_sq) / (4.0 * NoV * masked));
+  }
+#endif
   float visible = 1.0 + lambda_ggx(NoV, alpha_sq) + lambda_ggx(NoL, alpha_sq);
-  float ratio = layer_ratio(s.layer);
-  vec3 F = fresnel_mix(
-      s.f0, s.f90, s.layer, schlick_weight(LoH), dielectric_weight(LoH, ratio));
   /* D G F / (4 NoV NoL) * NoL */
-  return F * multiscatter(s.f0, s.f90, albedo) *
+  return F * lobe_multiscatter(lobe, albedo) *
          (D_ggx(N, H, alpha_sq, disk_sq) / (4.0 * NoV * visible));
 }

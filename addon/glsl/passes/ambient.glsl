@@ -70,13 +70,24 @@ void main()
   if (!read_surface(ivec2(gl_FragCoord.xy), view.eye, s)) {
     return;
   }
-  vec3 N = specular_normal(s.N, s.Ng, s.V);
-  float mu = max(dot(N, s.V), 0.0);
-  vec4 albedo = microfacet_albedo(mu, s.roughness);
-  vec3 diffuse = s.diffuse_color * layer_transmission(s.layer, mu, s.roughness, albedo);
-  vec3 reflectance = specular_albedo(s.f0, s.f90, s.layer, mu, s.roughness, albedo);
-  vec3 R = reflect(-s.V, N);
-  vec3 sum = ambient.diffuse_factor * diffuse * diffuse_world(s.N);
-  sum += ambient.specular_factor * reflectance * reflected_world(R, s.roughness);
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < SURFACE_LOBES; i++) {
+    Lobe lobe = s.lobes[i];
+    vec3 N = specular_normal(lobe.N, s.Ng, s.V);
+    float mu = max(dot(N, s.V), 0.0);
+    vec4 albedo = microfacet_albedo(mu, lobe.roughness);
+    vec3 diffuse = lobe.diffuse_color * layer_transmission(lobe, mu, albedo);
+    vec3 reflectance = specular_albedo(lobe, mu, albedo);
+    vec3 R = reflect(-s.V, N);
+    vec3 seen = ambient.diffuse_factor * diffuse * diffuse_world(lobe.N);
+#ifdef HAS_TRANSLUCENT
+    seen += ambient.diffuse_factor * lobe.translucent_color * diffuse_world(-lobe.N);
+#endif
+    seen += ambient.specular_factor * reflectance * reflected_world(R, lobe.roughness);
+#ifdef HAS_VIEW_WEIGHT
+    seen *= view_weight(lobe, s.V);
+#endif
+    sum += seen;
+  }
   radiance = vec4(sum * s.ambient_occlusion, 0.0);
 }

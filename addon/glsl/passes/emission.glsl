@@ -4,7 +4,10 @@ void main()
 {
   ivec2 texel = ivec2(gl_FragCoord.xy);
   radiance = vec4(0.0);
-  if (texelFetch(surface_position, texel, 0).w > 0.0) {
-    radiance = scale.factor * texelFetch(surface_emission, texel, 0);
+  float material = texelFetch(surface_position, texel, 0).w;
+  if (material > 0.0) {
+    Surface s;
+    unpack_surface(texel, int(material + 0.5), s);
+    radiance = scale.factor * vec4(s.emission, 0.0);
   }
 }

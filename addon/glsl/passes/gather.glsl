@@ -2,15 +2,13 @@
  * Reads the cache through the correspondence map, and fills what it left open. Texels of
  * another surface or material never bleed in. */
 
-/* Texels blended so far, still packed: blending is linear, unpacking happens once. */
-vec4 blended[PACKED_COUNT];
+/* Texels blended so far. */
+CachedSurface blended;
 float blended_weight = 0.0;
 
 void add_texel(ivec3 texel, float weight)
 {
-  for (int i = 0; i < PACKED_COUNT; i++) {
-    blended[i] += weight * read_packed(i, texel);
-  }
+  add_surface(blended, read_cached(texel), weight);
   blended_weight += weight;
 }
 
@@ -77,16 +75,10 @@ void main()
   ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec4 position = texelFetch(visible_position, pixel, 0);
   surface_geometric_normal = vec4(0.0);
-  surface_shading = vec4(0.0);
-  surface_diffuse = vec4(0.0);
-  surface_specular_f0 = vec4(0.0);
-  surface_specular_f90 = vec4(0.0);
-  surface_emission = vec4(0.0);
+  clear_surface(blended);
+  write_values(blended, vec3(0.0));
   if (position.w == 0.0) {
     return;
-  }
-  for (int i = 0; i < PACKED_COUNT; i++) {
-    blended[i] = vec4(0.0);
   }
   vec3 n = texelFetch(visible_normal, pixel, 0).xyz;
   float material = position.w;
@@ -99,24 +91,15 @@ void main()
   else if (add_neighbours(pixel, position.xyz, n, material)) {
     origin = -1.0;
   }
-  CachedSurface surface;
+  surface_geometric_normal = vec4(n, origin);
   if (blended_weight > 0.0) {
-    for (int i = 0; i < PACKED_COUNT; i++) {
-      blended[i] /= blended_weight;
-    }
-    surface = unpack_surface(blended);
+    CachedSurface mean;
+    clear_surface(mean);
+    add_surface(mean, blended, 1.0 / blended_weight);
+    /* Opposite normals may cancel; the triangle's own is then the best there is. */
+    write_values(mean, n);
   }
   else {
-    surface = read_material_mean(int(material));
-    surface.normal = n;
+    write_means(int(material), n);
   }
-  /* Opposite normals may cancel; the triangle's own is then the best there is. */
-  float scale = dot(surface.normal, surface.normal);
-  vec3 shading_normal = scale > 0.0 ? surface.normal * inversesqrt(scale) : n;
-  surface_geometric_normal = vec4(n, origin);
-  surface_shading = vec4(shading_normal, surface.roughness);
-  surface_diffuse = vec4(surface.diffuse_color, surface.layer_f0);
-  surface_specular_f0 = vec4(surface.specular_f0, surface.layer_f90);
-  surface_specular_f90 = vec4(surface.specular_f90, surface.ambient_occlusion);
-  surface_emission = vec4(surface.emission, 0.0);
 }

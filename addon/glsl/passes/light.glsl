@@ -1,42 +1,69 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * One light's radiance from the surfaces, added to its layer. */
+
+/* What a lobe sends to the viewer of light from L, on the side that the viewer is on. */
+vec3 reflected(Lobe lobe, Surface s, Incidence lit)
+{
+  vec3 diffuse = light.diffuse_factor * diffuse_base(lobe, s.V, lit.L);
+#ifdef HAS_SPECULAR
+  vec3 N = specular_normal(lobe.N, s.Ng, s.V);
+  float mu = dot(N, s.V);
+  vec4 albedo = microfacet_albedo(mu, lobe.roughness);
+  diffuse *= layer_transmission(lobe, mu, albedo);
+  return diffuse +
+         light.specular_factor * specular_lobe(lobe, N, s.V, lit.L, lit.cell_sq, albedo);
+#else
+  return diffuse;
+#endif
+}
+
+bool is_black(Lobe lobe)
+{
+  vec3 brightest = max(max(lobe.diffuse_color, lobe.f90), lobe.f0);
+#ifdef HAS_TRANSLUCENT
+  brightest = max(brightest, lobe.translucent_color);
+#endif
+  return max(max(brightest.x, brightest.y), brightest.z) <= 0.0;
+}
+
 void main()
 {
   radiance = vec4(0.0);
-  ivec2 texel = ivec2(gl_FragCoord.xy);
   Surface s;
-  if (!read_surface(texel, view.eye, s)) {
+  if (!read_surface(ivec2(gl_FragCoord.xy), view.eye, s)) {
     return;
   }
   Incidence lit = incidence(s.position);
-  float NoL = dot(s.N, lit.L);
-#ifdef HAS_SPECULAR
-  vec3 N_specular = specular_normal(s.N, s.Ng, s.V);
-  bool dark = NoL <= 0.0 && dot(N_specular, lit.L) <= 0.0;
-#else
-  bool dark = NoL <= 0.0;
-#endif
-  if (dark || lit.strength <= 0.0) {
-    return;
-  }
-#ifdef HAS_SHADOW
-  if (dot(s.Ng, lit.L) <= 0.0) {
-    return; /* the surface shades itself */
-  }
-  lit.strength *= visibility(s.position, s.Ng);
   if (lit.strength <= 0.0) {
     return;
   }
+  float NgoL = dot(s.Ng, lit.L);
+  vec3 sum = vec3(0.0);
+  vec3 through = vec3(0.0);
+  for (int i = 0; i < SURFACE_LOBES; i++) {
+    Lobe lobe = s.lobes[i];
+    if (is_black(lobe)) {
+      continue;
+    }
+    float weight = 1.0;
+#ifdef HAS_VIEW_WEIGHT
+    weight = view_weight(lobe, s.V);
 #endif
-  vec3 reflected = s.diffuse_color * (max(NoL, 0.0) / PI);
-#ifdef HAS_SPECULAR
-  float mu = dot(N_specular, s.V);
-  vec4 albedo = microfacet_albedo(mu, s.roughness);
-  reflected *= light.diffuse_factor * layer_transmission(s.layer, mu, s.roughness, albedo);
-  reflected += light.specular_factor *
-               specular_lobe(s, N_specular, lit.L, lit.cell_sq, albedo);
+    sum += weight * reflected(lobe, s, lit);
+#ifdef HAS_TRANSLUCENT
+    through += (weight * light.diffuse_factor * max(-dot(lobe.N, lit.L), 0.0) / PI) *
+               lobe.translucent_color;
+#endif
+  }
+#ifdef HAS_SHADOW
+  /* A surface hides the other side's light from this one, but for what comes through. */
+  vec3 kept = NgoL > 0.0 ? sum : through;
+  if (max(max(kept.x, kept.y), kept.z) <= 0.0 || NgoL == 0.0) {
+    return;
+  }
+  lit.strength *= visibility(s.position, NgoL > 0.0 ? s.Ng : -s.Ng);
 #else
-  reflected *= light.diffuse_factor;
+  vec3 kept = sum + through;
 #endif
-  radiance = vec4(reflected * light.intensity.rgb * lit.strength, 0.0);
+  radiance = vec4(kept * light.intensity.rgb * lit.strength, 0.0);
 }

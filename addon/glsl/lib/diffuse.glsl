@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * The diffuse base of a lobe. */
+
+#ifdef HAS_ROUGH_DIFFUSE
+/* The integral that gives the albedo of Fujii's improved Oren-Nayar model, as Cycles has it
+ * (bsdf_oren_nayar.h): E(mu) = pi a + b G(mu). */
+float oren_nayar_G(float mu)
+{
+  if (mu < 1e-6) {
+    return 0.5 * PI - 2.0 / 3.0 - mu;
+  }
+  float sine = sqrt(max(1.0 - mu * mu, 0.0));
+  float theta = acos(clamp(mu, 0.0, 1.0));
+  return sine * (theta - 2.0 / 3.0 - sine * mu) +
+         2.0 / 3.0 * (sine / mu) * (1.0 - sine * sine * sine);
+}
+
+/* Fujii's model with the light that bounces between facets after OpenPBR, without the colour and
+ * times NoL. The colour's share in the bounces is that of the lobe's own albedo. */
+vec3 oren_nayar(Lobe lobe, vec3 V, vec3 L, float NoL)
+{
+  float sigma = clamp(lobe.diffuse_roughness, 0.0, 1.0);
+  float a = 1.0 / (PI + sigma * (0.5 * PI - 2.0 / 3.0));
+  float b = sigma * a;
+  float NoV = max(dot(lobe.N, V), 0.0);
+  float t = dot(L, V) - NoL * NoV;
+  if (t > 0.0) {
+    t /= max(NoL, NoV) + 1e-37;
+  }
+  vec3 albedo = clamp(lobe.diffuse_color, vec3(0.0), vec3(1.0));
+  float E_mean = a * PI + (2.0 * PI - 5.6) / 3.0 * b;
+  vec3 bounced = albedo * albedo * (E_mean / (PI * (1.0 - E_mean))) /
+                 (vec3(1.0) - albedo * (1.0 - E_mean));
+  float E_view = a * PI + b * oren_nayar_G(NoV);
+  float E_light = a * PI + b * oren_nayar_G(NoL);
+  return NoL * (vec3(a + b * t) + bounced * ((1.0 - E_view) * (1.0 - E_light)));
+}
+#endif
+
+/* The diffuse base times NoL, without its layer. */
+vec3 diffuse_base(Lobe lobe, vec3 V, vec3 L)
+{
+  float NoL = max(dot(lobe.N, L), 0.0);
+#ifdef HAS_ROUGH_DIFFUSE
+  if (lobe.diffuse_roughness > 1e-5) { /* Cycles' own threshold */
+    return lobe.diffuse_color * oren_nayar(lobe, V, L, NoL);
+  }
+#endif
+  return lobe.diffuse_color * (NoL / PI);
+}

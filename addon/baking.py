@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -71,12 +72,16 @@ class Baking:
             cameras = self._shown(earlier, progress)
         if not cameras and goes_on and earlier is not None:
             cameras = earlier.manifest.cameras
+        seconds = {}
         if not cameras:
+            started = time.monotonic()
             cameras = self._placed(part_of(progress, 0.0, PLACING))
+            seconds["place"] = time.monotonic() - started
             progress = part_of(progress, PLACING, 1.0)
         elif self.shot != ALL_CAMERAS:
             self.say("no cameras were placed, so that the choice of a shot made no difference")
-        return bake_scene(self.scene, self.geometry, cameras, self.cache, self.settings, progress)
+        report = bake_scene(self.scene, self.geometry, cameras, self.cache, self.settings, progress)
+        return replace(report, seconds={**seconds, **report.seconds})
 
     def _shown(self, earlier: CacheStore | None, progress: Progress) -> Sequence[CachingCamera]:
         """The caching cameras in the scene; those that nobody touched are the placed ones."""

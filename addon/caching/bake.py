@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,44 +19,17 @@ from ..scene.world_reader import read_world, render_world
 from ..time_left import time_left
 from .aov_render import staged, without_new_pictures
 from .bake_camera import bake_camera
+from .bake_report import BakeReport
 from .bake_settings import BakeSettings, prepare_store
 from .fingerprint import scene_fingerprint
+from .framebuffer import DeepFramebuffer
 from .linked_surfaces import local_stand_ins
 from .presets import PRESETS, Preset
 from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, needs_sky, specialized
-from .store import CacheStore, Manifest
+from .store import CacheStore, FileRecord, Manifest
 
 __all__ = ["BakeReport", "BakeSettings", "Preset", "bake_scene"]
-
-
-@dataclass(frozen=True)
-class BakeReport:
-    """What a bake did.
-
-    Attributes:
-        cameras: caching cameras in the cache.
-        baked, kept: how many were baked now, and kept from an earlier bake.
-        texels: texels baked now.
-        channels: stored channels.
-        raw_bytes, stored_bytes: of the cameras baked now, before and after compression.
-        seconds: by stage.
-        approximations: a sentence for each material that is not cached as Cycles shows it.
-    """
-
-    cameras: int
-    baked: int
-    kept: int
-    texels: int
-    channels: tuple[str, ...]
-    raw_bytes: int
-    stored_bytes: int
-    seconds: Mapping[str, float]
-    approximations: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values."""
-        return {**vars(self), "seconds": dict(self.seconds)}
 
 
 def bake_scene(  # noqa: PLR0917 - the order that every caller knows
@@ -112,11 +86,12 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         baked=len(todo),
         kept=len(kept),
         texels=sum(c.resolution**2 for c in todo),
-        channels=plan.stored,
+        plan=plan,
+        precisions=baked.precisions,
         raw_bytes=baked.raw_bytes,
         stored_bytes=baked.stored_bytes,
-        seconds={**seconds, "render": baked.render_seconds, "write": baked.write_seconds},
-        approximations=tuple(str(item) for item in plan.approximations),
+        cache_bytes=sum(record.size for record in store.manifest.finished.values()),
+        seconds={**seconds, **baked.seconds},
     )
 
 
@@ -148,12 +123,19 @@ def _bake_world(scene: Any, fingerprint: str, store: CacheStore, progress: Progr
 
 @dataclass
 class _Baked:
-    """What the cameras took."""
+    """What the cameras took: bytes, seconds by stage, and channels by their precisions."""
 
     raw_bytes: int = 0
     stored_bytes: int = 0
-    render_seconds: float = 0.0
-    write_seconds: float = 0.0
+    seconds: dict[str, float] = field(default_factory=dict)
+    precisions: dict[str, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
+
+    def add(self, framebuffer: DeepFramebuffer, record: FileRecord) -> None:
+        """Count one camera's picture and file."""
+        self.raw_bytes += framebuffer.raw_bytes
+        self.stored_bytes += record.size
+        for name in framebuffer.channels:
+            self.precisions[name][framebuffer.precision(name)] += 1
 
 
 def _bake_cameras(
@@ -171,6 +153,7 @@ def _bake_cameras(
         return baked
     texels = [camera.resolution**2 for camera in cameras]
     timed: list[tuple[int, float]] = []
+    writing = 0.0
     has_default = NO_MATERIAL in store.plan.material_names
     with staged(scene, store.plan.stored, has_normal=has_default, sky_rays=sky_rays) as stage:
         for number, camera in enumerate(cameras, start=1):
@@ -182,9 +165,11 @@ def _bake_cameras(
             framebuffer = bake_camera(stage, camera, store.plan, materials, occlusion)
             rendered = time.monotonic()
             record = store.add_camera(framebuffer)
-            baked.raw_bytes += framebuffer.raw_bytes
-            baked.stored_bytes += record.size
-            baked.render_seconds += rendered - started
-            baked.write_seconds += time.monotonic() - rendered
-            timed.append((camera.resolution**2, time.monotonic() - started))
+            written = time.monotonic()
+            baked.add(framebuffer, record)
+            writing += written - rendered
+            timed.append((camera.resolution**2, written - started))
+        seconds = stage.seconds
+        finishing = sum(took for _, took in timed) - sum(seconds.values()) - writing
+        baked.seconds = {**seconds, "finish": finishing, "write": writing}
     return baked

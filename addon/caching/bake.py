@@ -113,8 +113,7 @@ def _check_ids(only: frozenset[int] | None, cameras: Sequence[CachingCamera]) ->
 
 def _bake_world(scene: Any, fingerprint: str, store: CacheStore, progress: Progress) -> None:
     """The world's picture, unless the cache has it already."""
-    manifest = store.manifest
-    if manifest.world is None or manifest.world_fingerprint != fingerprint:
+    if not store.has_world(fingerprint):
         progress(0.97, "Rendering the world")
         with without_new_pictures():
             picture = render_world(scene)

@@ -2,26 +2,29 @@
 """A cache on disk: a manifest, and one multi-part OpenEXR file for each caching camera.
 
     <name>.relume/
-      manifest.json     schema version, scene fingerprint, channel plan, cameras, their files
-      cameras/0007.exr  a part for each channel
-      world.exr         the world's picture, if it varies with direction
+      manifest.json              schema version, scene fingerprint, plan, cameras, their files
+      cameras/0007-1f2e3d4c.exr  a part for each channel
+      world-1f2e3d4c.exr         the world's picture, if it varies with direction
 
 Every file is written under a temporary name, flushed to the disk and renamed; the manifest
-comes last. A reader finds the old state or the new one, never half of either. The manifest
-records each file's size and SHA-256, and nothing is read that differs.
+comes last. A picture's name ends with the first digits of its SHA-256: a camera that is baked
+again does not touch its earlier picture, which goes when the manifest names the new one. So a
+reader finds the old state or the new one, never half of either, at whatever moment the writer is
+killed. The manifest records each file's size and SHA-256, and its own; nothing is read that
+differs.
 
-Processes that bake different cameras of one cache change its manifest one at a time, each from
-what it then says, so that none loses what another one finished.
+Processes that bake cameras of one cache put their pictures in place and change its manifest one
+at a time, each from what it then says, so that none loses what another one finished.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -32,16 +35,24 @@ from numpy.typing import NDArray
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..native_lines import without_lines
-from ..whole_file import replacing, write_errors
+from ..whole_file import (
+    flush_file,
+    flush_folder,
+    put_in_place,
+    replacing,
+    temporary_beside,
+    write_errors,
+)
 from .channels import CHANNEL_BY_NAME
-from .folder_lock import locked
+from .folder_lock import LOCK_NAME, locked
 from .framebuffer import DeepFramebuffer
+from .manifest_seal import is_sealed, sealed
 from .plan import ChannelPlan
 
 SCHEMA = "relume-cache"
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 MANIFEST_NAME = "manifest.json"
-WORLD_NAME = "world.exr"
+WORLD_STEM = "world"
 _BAKE_AGAIN = "bake the cache again"
 _ELSEWHERE = "choose another folder"
 
@@ -144,13 +155,13 @@ class CacheStore:
         """
         folder = Path(folder)
         path = folder / MANIFEST_NAME
-        if not path.is_file():
-            raise InputError(f"{folder} holds no Relume cache; bake one there first")
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
+        except (FileNotFoundError, NotADirectoryError) as error:
+            raise InputError(f"{folder} holds no Relume cache; bake one there first") from error
         except OSError as error:
-            raise InputError(f"{path} cannot be read: {error.strerror}") from error
-        except ValueError as error:
+            raise _unreadable(path, error) from error
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{path} is damaged ({error}); {_BAKE_AGAIN}") from error
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:
             raise InputError(f"{path} is not a Relume cache's manifest; choose another folder")
@@ -162,9 +173,13 @@ class CacheStore:
                 f"{folder} is a cache of version {version!r}, and this Relume reads version "
                 f"{SCHEMA_VERSION}; {remedy}"
             )
+        if not is_sealed(data):
+            raise InputError(
+                f"{path} is damaged: it was changed after it was written; {_BAKE_AGAIN}"
+            )
         try:
             return cls(folder, Manifest.from_json(data))
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise InputError(f"{path} is damaged ({error!r}); {_BAKE_AGAIN}") from error
 
     @classmethod
@@ -177,6 +192,7 @@ class CacheStore:
         store = cls(Path(folder), manifest)
         with write_errors(store.folder, _ELSEWHERE):
             (store.folder / "cameras").mkdir(parents=True, exist_ok=True)
+            flush_folder(store.folder.absolute().parent)
         store.write_manifest(manifest)
         store.sweep()
         return store
@@ -214,14 +230,26 @@ class CacheStore:
             )
 
     def camera_path(self, number: int) -> Path:
-        """The file of a camera."""
-        return self.folder / "cameras" / f"{number:04d}.exr"
+        """The file of a finished camera. Raises KeyError for another one."""
+        return _path(self._camera_stem(number), self.manifest.finished[number])
+
+    @property
+    def world_path(self) -> Path | None:
+        """The file of the world's picture, if there is one."""
+        record = self.manifest.world
+        return None if record is None else _path(self.folder / WORLD_STEM, record)
 
     def is_intact(self, number: int) -> bool:
         """Whether a camera's file is there and is what was written."""
         record = self.manifest.finished.get(number)
-        path = self.camera_path(number)
-        return record is not None and path.is_file() and _file_record(path) == record
+        return record is not None and _is_intact(self.camera_path(number), record)
+
+    def has_world(self, fingerprint: str) -> bool:
+        """Whether the picture of the world with this fingerprint is there, as it was written."""
+        manifest = self.manifest
+        if manifest.world is None or manifest.world_fingerprint != fingerprint:
+            return False
+        return _is_intact(_path(self.folder / WORLD_STEM, manifest.world), manifest.world)
 
     def read_camera(self, number: int) -> DeepFramebuffer:
         """One deep framebuffer.
@@ -266,7 +294,7 @@ class CacheStore:
             raise InputError(
                 f"the world changed after {self.folder} was baked; bake it again with --resume"
             )
-        path = self.folder / WORLD_NAME
+        path = _path(self.folder / WORLD_STEM, self.manifest.world)
         _check(path, self.manifest.world)
         return _read_parts(path)["world"].astype(np.float32, copy=False)
 
@@ -276,19 +304,14 @@ class CacheStore:
         Raises:
             InputError: the disk is full or the folder cannot be written; nothing is left.
         """
-        parts = {
-            name: pixels.astype(np.float16) if framebuffer.precision(name) == "half" else pixels
-            for name, pixels in framebuffer.channels.items()
-        }
-        return self._write_exr(self.camera_path(framebuffer.camera.id), parts)
-
-    def write_world(self, picture: NDArray[np.float32]) -> FileRecord:
-        """Write the world's picture. Raises as write_camera()."""
-        return self._write_exr(self.folder / WORLD_NAME, {"world": picture})
+        stem = self._camera_stem(framebuffer.camera.id)
+        with self._written(stem, _parts_of(framebuffer)) as (temporary, record):
+            put_in_place(temporary, _path(stem, record))
+        return record
 
     def write_manifest(self, manifest: Manifest) -> None:
         """Replace the manifest. Raises as write_camera()."""
-        text = json.dumps(manifest.to_json(), indent=1) + "\n"
+        text = json.dumps(sealed(manifest.to_json()), indent=1) + "\n"
         with replacing(self.folder / MANIFEST_NAME, _ELSEWHERE) as temporary:
             temporary.write_text(text, encoding="utf-8")
         self.manifest = manifest
@@ -300,7 +323,7 @@ class CacheStore:
         Raises:
             InputError: as write_camera(), or another bake began in this folder meanwhile.
         """
-        with self.exclusive(self.folder):
+        with write_errors(self.folder, _ELSEWHERE), locked(self.folder):
             now = CacheStore.open(self.folder).manifest
             if not now.continues(self.manifest):
                 raise InputError(
@@ -310,41 +333,108 @@ class CacheStore:
             yield now
 
     def add_camera(self, framebuffer: DeepFramebuffer) -> FileRecord:
-        """Write one deep framebuffer and record it in the manifest. Raises as changing()."""
-        record = self.write_camera(framebuffer)
-        with self.changing() as now:
-            finished = {**now.finished, framebuffer.camera.id: record}
-            self.write_manifest(replace(now, finished=finished))
+        """Write one deep framebuffer and record it in the manifest.
+
+        Raises:
+            InputError: as changing(); all is then as it was before.
+        """
+        number = framebuffer.camera.id
+        stem = self._camera_stem(number)
+        written = self._written(stem, _parts_of(framebuffer))
+        with written as (temporary, record), self.changing() as now:
+            put_in_place(temporary, _path(stem, record))
+            self.write_manifest(replace(now, finished={**now.finished, number: record}))
+            _remove_earlier(stem, now.finished.get(number), record)
         return record
 
     def add_world(self, picture: NDArray[np.float32], fingerprint: str) -> FileRecord:
-        """Write the world's picture and record it in the manifest. Raises as changing()."""
-        record = self.write_world(picture)
-        with self.changing() as now:
+        """Write the world's picture and record it in the manifest. Raises as add_camera()."""
+        stem = self.folder / WORLD_STEM
+        written = self._written(stem, {"world": picture})
+        with written as (temporary, record), self.changing() as now:
+            put_in_place(temporary, _path(stem, record))
             self.write_manifest(replace(now, world=record, world_fingerprint=fingerprint))
+            _remove_earlier(stem, now.world, record)
         return record
 
     def sweep(self) -> None:
-        """Remove files of an earlier cache, and what a killed process left half-written."""
-        keep = {self.camera_path(camera.id) for camera in self.manifest.cameras}
-        stale = [p for p in (self.folder / "cameras").glob("*.exr") if p not in keep]
-        if self.manifest.world is None:
-            stale.append(self.folder / WORLD_NAME)
-        before = time.time() - _PART_SECONDS
-        stale += [p for p in self.folder.rglob(".*.part") if p.stat().st_mtime < before]
+        """Remove pictures that the manifest does not name, and what a killed process left.
+
+        To be called where no other process changes the cache.
+        """
+        keep = {self.camera_path(number) for number in self.manifest.finished} | {self.world_path}
+        pictures = (self.folder / "cameras").glob("*.exr"), self.folder.glob(f"{WORLD_STEM}*.exr")
+        stale = [path for path in chain(*pictures) if path not in keep]
+        # By the clock that the files' own times are of, which may be another computer's.
+        lock = self.folder / LOCK_NAME
+        lock.touch()
+        before = lock.stat().st_mtime - _PART_SECONDS
+        stale += [path for path in self.folder.rglob(".*.part") if _is_older(path, before)]
         for path in stale:
             path.unlink(missing_ok=True)
 
-    def _write_exr(self, path: Path, parts: Mapping[str, NDArray[Any]]) -> FileRecord:
-        with replacing(path, _ELSEWHERE) as temporary:
+    def _camera_stem(self, number: int) -> Path:
+        return self.folder / "cameras" / f"{number:04d}"
+
+    @contextmanager
+    def _written(
+        self, stem: Path, parts: Mapping[str, NDArray[Any]]
+    ) -> Iterator[tuple[Path, FileRecord]]:
+        """A temporary file with these parts, on the disk, which the block puts in its place."""
+        with temporary_beside(stem.with_suffix(".exr"), _ELSEWHERE) as temporary:
+            if self.folder.is_dir():
+                stem.parent.mkdir(exist_ok=True)
             _write_parts(temporary, parts)
-            return _file_record(temporary)
+            record = _file_record(temporary)
+            flush_file(temporary)
+            yield temporary, record
+
+
+def _parts_of(framebuffer: DeepFramebuffer) -> dict[str, NDArray[Any]]:
+    return {
+        name: pixels.astype(np.float16) if framebuffer.precision(name) == "half" else pixels
+        for name, pixels in framebuffer.channels.items()
+    }
+
+
+def _path(stem: Path, record: FileRecord) -> Path:
+    return stem.with_name(f"{stem.name}-{record.sha256[:8]}.exr")
+
+
+def _remove_earlier(stem: Path, earlier: FileRecord | None, record: FileRecord) -> None:
+    if earlier is not None and _path(stem, earlier) != _path(stem, record):
+        # What is open elsewhere cannot be removed on Windows; the next bake sweeps it.
+        with suppress(OSError):
+            _path(stem, earlier).unlink()
+
+
+def _is_older(path: Path, moment: float) -> bool:
+    """Whether a file was last changed before; not if another process has just renamed it."""
+    try:
+        return path.stat().st_mtime < moment
+    except FileNotFoundError:
+        return False
+
+
+def _is_intact(path: Path, record: FileRecord) -> bool:
+    try:
+        return _file_record(path) == record
+    except OSError:
+        return False
+
+
+def _unreadable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path} cannot be read: {error.strerror or error}; {_BAKE_AGAIN}")
 
 
 def _check(path: Path, record: FileRecord) -> None:
-    if not path.is_file():
-        raise InputError(f"{path} is missing; {_BAKE_AGAIN}")
-    if _file_record(path) != record:
+    try:
+        found = _file_record(path)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError(f"{path} is missing; {_BAKE_AGAIN}") from error
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    if found != record:
         raise InputError(f"{path} is damaged or not the file that was baked; {_BAKE_AGAIN}")
 
 

@@ -95,8 +95,7 @@ def test_a_whole_bake_begins_anew(begun: CacheStore) -> None:
     prepare_store(begun.folder, fewer, BakeSettings())
     assert finished(begun.folder) == set()
     # Nothing of the earlier cache is left for good.
-    names = sorted(path.name for path in (begun.folder / "cameras").iterdir())
-    assert names == ["0000.exr", "0001.exr"]
+    assert list((begun.folder / "cameras").iterdir()) == []
 
 
 @pytest.mark.parametrize("part", [BakeSettings(resume=True), BakeSettings(only=frozenset({1}))])

@@ -21,13 +21,14 @@ from .aov_render import staged, without_new_pictures
 from .bake_camera import bake_camera
 from .bake_report import BakeReport
 from .bake_settings import BakeSettings, prepare_store
+from .file_record import FileRecord
 from .fingerprint import scene_fingerprint
 from .framebuffer import DeepFramebuffer
 from .linked_surfaces import local_stand_ins
 from .presets import PRESETS, Preset
 from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, needs_sky, specialized
-from .store import CacheStore, FileRecord, Manifest
+from .store import CacheStore, Manifest
 
 __all__ = ["BakeReport", "BakeSettings", "Preset", "bake_scene"]
 

@@ -2,9 +2,10 @@
 """A cache on disk: a manifest, and one multi-part OpenEXR file for each caching camera.
 
     <name>.relume/
-      manifest.json              schema version, scene fingerprint, plan, cameras, their files
-      cameras/0007-1f2e3d4c.exr  a part for each channel
-      world-1f2e3d4c.exr         the world's picture, if it varies with direction
+      manifest.json                  schema version, scene fingerprint, plan, cameras, their files
+      cameras/0007-1f2e3d4c.exr      a part for each channel
+      frames/0012/0007-5a6b7c8d.exr  the same of another frame, if the camera sees a change there
+      world-1f2e3d4c.exr             the world's picture, if it varies with direction
 
 Every file is written under a temporary name, flushed to the disk and renamed; the manifest
 comes last. A picture's name ends with the first digits of its SHA-256: a camera that is baked
@@ -44,10 +45,14 @@ from ..whole_file import (
     write_errors,
 )
 from .channels import CHANNEL_BY_NAME
+from .file_record import FileRecord
 from .folder_lock import LOCK_NAME, locked
+from .frame_state import FramePicture, FrameState, frame_ranges
 from .framebuffer import DeepFramebuffer
 from .manifest_seal import is_sealed, sealed
 from .plan import ChannelPlan
+from .seen_surfaces import Seen
+from .surfaces import Surfaces
 
 SCHEMA = "relume-cache"
 SCHEMA_VERSION = 2
@@ -67,14 +72,6 @@ _PART_SECONDS = 3600.0
 
 
 @dataclass(frozen=True)
-class FileRecord:
-    """What the manifest knows of a finished file: its size in bytes and its SHA-256."""
-
-    size: int
-    sha256: str
-
-
-@dataclass(frozen=True)
 class Manifest:
     """The state of a cache.
 
@@ -86,6 +83,12 @@ class Manifest:
         finished: the files of the finished ones, by camera id.
         world: the world's picture, if there is one.
         world_fingerprint: of the world that the picture shows; "" without one.
+        surfaces: the states of the objects and materials that `fingerprint` is of.
+        cut_out: names of the materials that light passes through somewhere.
+        seen: what the finished cameras' pictures show, by camera id, where that is known.
+        frame: the scene's frame when it was baked.
+        frames: what is held of other frames.
+        pictures: the files that only those have, by their path within the cache's folder.
     """
 
     fingerprint: str
@@ -95,12 +98,24 @@ class Manifest:
     finished: Mapping[int, FileRecord] = field(default_factory=dict)
     world: FileRecord | None = None
     world_fingerprint: str = ""
+    surfaces: Surfaces = field(default_factory=Surfaces)
+    cut_out: tuple[str, ...] = ()
+    seen: Mapping[int, Seen] = field(default_factory=dict)
+    frame: int = 1
+    frames: Mapping[int, FrameState] = field(default_factory=dict)
+    pictures: Mapping[str, FramePicture] = field(default_factory=dict)
 
     def continues(self, other: Manifest) -> bool:
-        """Whether it and `other` are states of one bake: all but what is finished is equal."""
-        progress = ("finished", "world", "world_fingerprint")
-        mine, theirs = self.to_json(), other.to_json()
-        return all(mine[key] == theirs[key] for key in mine if key not in progress)
+        """Whether it and `other` are states of one bake: all but what is finished is equal.
+
+        The fingerprint stands for the surfaces; at which frame they were so does not matter.
+        """
+        mine, theirs = self._begun(), other._begun()
+        return mine == theirs
+
+    def _begun(self) -> tuple[Any, ...]:
+        cameras = [camera.to_json() for camera in self.cameras]
+        return self.fingerprint, dict(self.settings), self.plan.to_json(), cameras
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -114,6 +129,12 @@ class Manifest:
             "finished": {str(number): vars(record) for number, record in self.finished.items()},
             "world": None if self.world is None else vars(self.world),
             "world_fingerprint": self.world_fingerprint,
+            "surfaces": self.surfaces.to_json(),
+            "cut_out": list(self.cut_out),
+            "seen": {str(number): seen.to_json() for number, seen in self.seen.items()},
+            "frame": self.frame,
+            "frames": {str(number): state.to_json() for number, state in self.frames.items()},
+            "pictures": {name: picture.to_json() for name, picture in self.pictures.items()},
         }
 
     @classmethod
@@ -124,14 +145,19 @@ class Manifest:
             settings=dict(data["settings"]),
             plan=ChannelPlan.from_json(data["plan"]),
             cameras=tuple(CachingCamera.from_json(camera) for camera in data["cameras"]),
-            finished={int(n): _record(record) for n, record in data["finished"].items()},
-            world=None if data["world"] is None else _record(data["world"]),
+            finished={int(n): FileRecord.from_json(r) for n, r in data["finished"].items()},
+            world=None if data["world"] is None else FileRecord.from_json(data["world"]),
             world_fingerprint=str(data.get("world_fingerprint", "")),
+            surfaces=Surfaces.from_json(data["surfaces"]),
+            cut_out=tuple(str(name) for name in data["cut_out"]),
+            seen={int(n): Seen.from_json(seen) for n, seen in data["seen"].items()},
+            frame=int(data["frame"]),
+            frames={int(n): FrameState.from_json(state) for n, state in data["frames"].items()},
+            pictures={
+                str(name): FramePicture.from_json(picture)
+                for name, picture in data["pictures"].items()
+            },
         )
-
-
-def _record(data: Mapping[str, Any]) -> FileRecord:
-    return FileRecord(int(data["size"]), str(data["sha256"]))
 
 
 class CacheStore:
@@ -142,9 +168,14 @@ class CacheStore:
         manifest: its state, as last read or written.
     """
 
-    def __init__(self, folder: Path, manifest: Manifest) -> None:
+    def __init__(
+        self, folder: Path, manifest: Manifest, places: Mapping[int, str] | None = None
+    ) -> None:
+        """`places` are paths within the folder, by camera id, of files that lie elsewhere than
+        `camera_path` would look for them."""
         self.folder = folder
         self.manifest = manifest
+        self._places = places or {}
 
     @classmethod
     def open(cls, folder: Path) -> CacheStore:
@@ -229,8 +260,84 @@ class CacheStore:
                 "or materials changed; bake it again or choose another folder"
             )
 
+    def showing(self, fingerprint: str, frame: int) -> CacheStore:
+        """The cache as it is at the frame at which the scene is: for reading only.
+
+        Args:
+            fingerprint: of the scene as it is.
+            frame: at which it is so.
+
+        Raises:
+            InputError: nothing in the cache was baked from a scene that was like this.
+        """
+        manifest = self.manifest
+        if fingerprint == manifest.fingerprint:
+            return self
+        at_frame = manifest.frames.get(frame)
+        if at_frame is not None and at_frame.fingerprint == fingerprint:
+            return self.at_frame(frame)
+        for number, state in manifest.frames.items():
+            if state.fingerprint == fingerprint:
+                return self.at_frame(number)
+        if manifest.frames and at_frame is None and frame != manifest.frame:
+            baked = frame_ranges((manifest.frame, *manifest.frames))
+            raise InputError(
+                f"{self.folder} does not hold frame {frame}, in which other objects or materials "
+                f"are seen; it holds the frames {baked}; bake it with --resume --frames {frame}"
+            )
+        self.check_fingerprint(fingerprint)
+        return self
+
+    def at_frame(self, frame: int) -> CacheStore:
+        """The cache as it is at a frame that it holds beside its first: for reading only.
+
+        Raises:
+            InputError: it does not hold that frame.
+        """
+        manifest = self.manifest
+        state = manifest.frames.get(frame)
+        if state is None:
+            baked = frame_ranges((manifest.frame, *manifest.frames))
+            raise InputError(f"{self.folder} does not hold frame {frame}, but {baked}")
+        finished: dict[int, FileRecord] = {}
+        seen: dict[int, Seen] = {}
+        for number, name in state.held.items():
+            picture = self._picture(number, name)
+            if picture is not None:
+                finished[number] = picture.record
+                if picture.seen is not None:
+                    seen[number] = picture.seen
+        own_world = state.world is not None
+        at_frame = replace(
+            manifest,
+            fingerprint=state.fingerprint,
+            plan=state.plan or manifest.plan,
+            finished=finished,
+            seen=seen,
+            world=state.world if own_world else manifest.world,
+            world_fingerprint=state.world_fingerprint if own_world else manifest.world_fingerprint,
+        )
+        return CacheStore(self.folder, at_frame, state.held)
+
+    def _picture(self, number: int, name: str) -> FramePicture | None:
+        """What is known of a file that a frame names for a camera; None if it is gone."""
+        record = self.manifest.finished.get(number)
+        if record is not None and self.first_name(number) == name:
+            return FramePicture(record, self.manifest.seen.get(number))
+        return self.manifest.pictures.get(name)
+
+    def first_name(self, number: int) -> str:
+        """The path within the folder of a camera's picture of the cache's first frame."""
+        record = self.manifest.finished[number]
+        return self._name(_path(self._camera_stem(number), record))
+
+    def _name(self, path: Path) -> str:
+        return path.relative_to(self.folder).as_posix()
+
     def camera_path(self, number: int) -> Path:
         """The file of a finished camera. Raises KeyError for another one."""
+        if number in self._places:
+            return self.folder / self._places[number]
         return _path(self._camera_stem(number), self.manifest.finished[number])
 
     @property
@@ -332,8 +439,8 @@ class CacheStore:
                 )
             yield now
 
-    def add_camera(self, framebuffer: DeepFramebuffer) -> FileRecord:
-        """Write one deep framebuffer and record it in the manifest.
+    def add_camera(self, framebuffer: DeepFramebuffer, seen: Seen | None = None) -> FileRecord:
+        """Write one deep framebuffer and record it, and what it shows, in the manifest.
 
         Raises:
             InputError: as changing(); all is then as it was before.
@@ -343,8 +450,53 @@ class CacheStore:
         written = self._written(stem, _parts_of(framebuffer))
         with written as (temporary, record), self.changing() as now:
             put_in_place(temporary, _path(stem, record))
-            self.write_manifest(replace(now, finished={**now.finished, number: record}))
-            _remove_earlier(stem, now.finished.get(number), record)
+            shown = {n: shows for n, shows in now.seen.items() if n != number}
+            shown |= {} if seen is None else {number: seen}
+            finished = {**now.finished, number: record}
+            self.write_manifest(replace(now, finished=finished, seen=shown))
+            earlier = now.finished.get(number)
+            held = {state.held.get(number) for state in now.frames.values()}
+            if earlier is not None and self._name(_path(stem, earlier)) not in held:
+                _remove_earlier(stem, earlier, record)
+        return record
+
+    def set_frame(self, frame: int, state: FrameState) -> None:
+        """Record what is held of a frame; what is held already of the same state stays.
+
+        Raises:
+            InputError: as changing().
+        """
+        with self.changing() as now:
+            known = now.frames.get(frame)
+            if known is not None and replace(known, held={}) == replace(state, held={}):
+                state = replace(state, held={**known.held, **state.held})
+            if state != known:
+                frames = {**now.frames, frame: state}
+                named = {name for each in frames.values() for name in each.held.values()}
+                pictures = {name: p for name, p in now.pictures.items() if name in named}
+                self.write_manifest(replace(now, frames=frames, pictures=pictures))
+            else:
+                self.manifest = now
+
+    def add_frame_camera(
+        self, frame: int, framebuffer: DeepFramebuffer, seen: Seen | None = None
+    ) -> FileRecord:
+        """Write a deep framebuffer of a frame that `set_frame` began, and record it.
+
+        Raises:
+            InputError: as changing(); all is then as it was before.
+        """
+        number = framebuffer.camera.id
+        stem = self._camera_stem(number, frame)
+        written = self._written(stem, _parts_of(framebuffer))
+        with written as (temporary, record), self.changing() as now:
+            path = _path(stem, record)
+            put_in_place(temporary, path)
+            state = now.frames[frame]
+            state = replace(state, held={**state.held, number: self._name(path)})
+            frames = {**now.frames, frame: state}
+            pictures = {**now.pictures, self._name(path): FramePicture(record, seen)}
+            self.write_manifest(replace(now, frames=frames, pictures=pictures))
         return record
 
     def add_world(self, picture: NDArray[np.float32], fingerprint: str) -> FileRecord:
@@ -363,7 +515,15 @@ class CacheStore:
         To be called where no other process changes the cache.
         """
         keep = {self.camera_path(number) for number in self.manifest.finished} | {self.world_path}
-        pictures = (self.folder / "cameras").glob("*.exr"), self.folder.glob(f"{WORLD_STEM}*.exr")
+        for state in self.manifest.frames.values():
+            keep |= {self.folder / name for name in state.held.values()}
+            if state.world is not None:
+                keep.add(_path(self.folder / WORLD_STEM, state.world))
+        pictures = (
+            (self.folder / "cameras").glob("*.exr"),
+            (self.folder / "frames").glob("*/*.exr"),
+            self.folder.glob(f"{WORLD_STEM}*.exr"),
+        )
         stale = [path for path in chain(*pictures) if path not in keep]
         # By the clock that the files' own times are of, which may be another computer's.
         lock = self.folder / LOCK_NAME
@@ -373,8 +533,12 @@ class CacheStore:
         for path in stale:
             path.unlink(missing_ok=True)
 
-    def _camera_stem(self, number: int) -> Path:
-        return self.folder / "cameras" / f"{number:04d}"
+    def _camera_stem(self, number: int, frame: int | None = None) -> Path:
+        """Where a camera's picture lies, of the cache's first frame or of another one."""
+        place = self.folder / "cameras"
+        if frame is not None:
+            place = self.folder / "frames" / f"{frame:04d}"
+        return place / f"{number:04d}"
 
     @contextmanager
     def _written(
@@ -382,8 +546,9 @@ class CacheStore:
     ) -> Iterator[tuple[Path, FileRecord]]:
         """A temporary file with these parts, on the disk, which the block puts in its place."""
         with temporary_beside(stem.with_suffix(".exr"), _ELSEWHERE) as temporary:
-            if self.folder.is_dir():
-                stem.parent.mkdir(exist_ok=True)
+            if self.folder.is_dir() and not stem.parent.is_dir():
+                stem.parent.mkdir(parents=True, exist_ok=True)
+                flush_folder(stem.parent.parent)
             _write_parts(temporary, parts)
             record = _file_record(temporary)
             flush_file(temporary)

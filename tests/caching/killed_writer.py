@@ -92,9 +92,16 @@ def _say(*words: object) -> None:
     os.write(1, (" ".join(map(str, words)) + "\n").encode())
 
 
+def begun(
+    folder: Path, manifest: Manifest = MANIFEST, *, resume: bool = False, overwrite: bool = False
+) -> CacheStore:
+    """The cache that a bake goes on with, or begins."""
+    return prepare_store(folder, manifest, BakeSettings(resume=resume, overwrite=overwrite))
+
+
 def write(folder: Path, writer: int) -> None:
     """All cameras again and again, without end."""
-    store = prepare_store(folder, MANIFEST, BakeSettings(resume=True))
+    store = begun(folder, resume=True)
     order = random.Random(writer)
     generation = writer * GENERATIONS
     # First what is missing, as a bake that goes on does; then all of it again.
@@ -110,7 +117,7 @@ def write(folder: Path, writer: int) -> None:
 
 def first_bake(folder: Path, number: int) -> None:
     """A cache in a new folder, with one camera."""
-    prepare_store(folder, MANIFEST, BakeSettings()).add_camera(picture(number, 1))
+    begun(folder).add_camera(picture(number, 1))
 
 
 def bake_again(folder: Path, generation: int) -> None:
@@ -128,8 +135,7 @@ def take_over(folder: Path, far: int) -> None:
     """Begin a bake with one other camera, and keep those that are the same."""
     edited = replace(MANIFEST.cameras[1], far=float(far))
     cameras = (MANIFEST.cameras[0], edited, *MANIFEST.cameras[2:])
-    settings = BakeSettings(resume=True, overwrite=True)
-    prepare_store(folder, replace(MANIFEST, cameras=cameras), settings)
+    begun(folder, replace(MANIFEST, cameras=cameras), resume=True, overwrite=True)
 
 
 _WORKS: dict[str, Callable[[Path, int], None]] = {

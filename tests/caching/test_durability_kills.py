@@ -17,7 +17,6 @@ from pathlib import Path
 
 import pytest
 
-from addon.caching.bake_settings import BakeSettings, prepare_store
 from addon.caching.store import MANIFEST_NAME, CacheStore
 from addon.errors import InputError
 
@@ -26,6 +25,7 @@ from .killed_writer import (
     MANIFEST,
     NEVER,
     bake_again,
+    begun,
     first_bake,
     generation_of,
     new_world,
@@ -111,15 +111,15 @@ def test_writers_killed_at_random(tmp_path: Path, writers: Writers) -> None:
     for number in range(1, KILLS + 1):
         may_be = {n: {generation} for n, generation in known.items()}
         seconds = lives.uniform(0.0, LONGEST_LIFE)
-        begun = False
+        is_within = False
         for word, n, generation in writers.live(write, tmp_path / "cache", number, seconds):
             if word == "done":
                 may_be[n] = {generation}
                 known[n] = generation
             else:
                 may_be.setdefault(n, set()).add(generation)
-            begun = word == "begin"
-        within += begun
+            is_within = word == "begin"
+        within += is_within
         if not known and not (tmp_path / "cache" / MANIFEST_NAME).exists():
             continue
         store = CacheStore.open(tmp_path / "cache")
@@ -135,7 +135,7 @@ def test_writers_killed_at_random(tmp_path: Path, writers: Writers) -> None:
     assert parts
     for part in parts:
         os.utime(part, (0.0, 0.0))
-    prepare_store(tmp_path / "cache", MANIFEST, BakeSettings(resume=True))
+    begun(tmp_path / "cache", resume=True)
     assert not list(tmp_path.rglob(".*.part"))
     assert len(list((tmp_path / "cache" / "cameras").iterdir())) == COUNT
 
@@ -150,7 +150,7 @@ def quick() -> Iterator[Path]:
 
 def two_cameras(folder: Path) -> None:
     """Go on with a cache until it has both."""
-    store = prepare_store(folder, MANIFEST, BakeSettings(resume=True))
+    store = begun(folder, resume=True)
     for number in {0, 1} - set(store.manifest.finished):
         store.add_camera(picture(number, 1))
 

@@ -12,7 +12,7 @@ from typing import Any
 from .caching.bake import BakeReport, BakeSettings, bake_scene
 from .caching.bake_settings import earlier_cache
 from .caching.edited_cameras import PLACEMENT_NAME, edited_cameras
-from .caching.fingerprint import scene_fingerprint
+from .caching.fingerprint import read_state
 from .caching.presets import PRESETS
 from .caching.store import CacheStore
 from .camplace.camera import CachingCamera
@@ -66,7 +66,8 @@ class Baking:
         """
         # Asked before the minutes that placing may take.
         require_folder(self.cache)
-        earlier = earlier_cache(self.cache, scene_fingerprint(self.geometry), self.settings)
+        state = read_state(self.geometry, int(self.scene.frame_current))
+        earlier = earlier_cache(self.cache, state.surfaces, state.fingerprint, self.settings)
         goes_on = self.settings.resume or self.settings.only is not None
         if not cameras and not self.anew:
             cameras = self._shown(earlier, progress)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from .plan import ChannelPlan
@@ -24,7 +24,12 @@ class BakeReport:
         raw_bytes, stored_bytes: of the cameras baked now, before and after compression.
         cache_bytes: on the disk, of all cameras in the cache that are finished.
         seconds: by stage: "place" (where cameras were placed), "prepare", "cycles" (renders),
-            "read" (its pictures), "finish" (checks, smooth occlusion), "write" and "world".
+            "read" (its pictures), "finish" (checks, smooth occlusion), "sight" (which objects
+            are seen), "write" and "world".
+        changed: what changed in the scene since the earlier bake: object 'Chair', material 'Wood'.
+        again: by camera id, what it sees of it, and was baked again for.
+        frames: by frame, the ids of the cameras that were baked for it.
+        notes: a sentence for each thing that was baked again for another reason.
     """
 
     cameras: int
@@ -37,6 +42,10 @@ class BakeReport:
     stored_bytes: int
     cache_bytes: int
     seconds: Mapping[str, float]
+    changed: tuple[str, ...] = ()
+    again: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
+    frames: Mapping[int, list[int]] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @property
     def approximations(self) -> tuple[str, ...]:
@@ -64,6 +73,10 @@ class BakeReport:
             "raw_bytes": self.raw_bytes,
             "stored_bytes": self.stored_bytes,
             "cache_bytes": self.cache_bytes,
+            "changed": list(self.changed),
+            "again": {str(number): list(seen) for number, seen in self.again.items()},
+            "frames": {str(frame): list(cameras) for frame, cameras in self.frames.items()},
+            "notes": list(self.notes),
             "seconds": dict(self.seconds),
             "materials": material_report(self.plan),
             "approximations": list(self.approximations),

@@ -11,6 +11,7 @@ import bpy
 from ..scene.geometry import SceneGeometry
 from ..scene.node_use import used_nodes
 from ..scene.tree_lines_reader import tree_lines
+from .scene_state import SceneState
 from .surfaces import MaterialState, Surfaces, object_states, short_digest
 
 # Nodes whose value depends on the shapes about the shaded place.
@@ -22,10 +23,10 @@ def scene_fingerprint(geometry: SceneGeometry, frame: int | None = None) -> str:
 
     `frame` is that at which the geometry was read; None for the open scene's.
     """
-    return read_surfaces(geometry, frame).fingerprint
+    return read_state(geometry, frame).fingerprint
 
 
-def read_surfaces(geometry: SceneGeometry, frame: int | None = None) -> Surfaces:
+def read_state(geometry: SceneGeometry, frame: int | None = None) -> SceneState:
     """The states of the open file's objects and of the materials that they use.
 
     Materials are read as the current frame has them. `frame` as in `scene_fingerprint`.
@@ -33,13 +34,15 @@ def read_surfaces(geometry: SceneGeometry, frame: int | None = None) -> Surfaces
     if frame is None:
         frame = int(bpy.context.scene.frame_current)
     materials = {material.name_full: material for material in bpy.data.materials}
-    return Surfaces(
-        {state.digest: state for state in object_states(geometry)},
+    states = object_states(geometry)
+    surfaces = Surfaces(
+        {state.digest: state for state in states},
         {
             name: _material_state(materials.get(name), frame)
             for name in sorted(set(geometry.material_names))
         },
     )
+    return SceneState(frame, geometry, states, surfaces)
 
 
 def _material_state(material: Any, frame: int) -> MaterialState:

@@ -468,8 +468,13 @@ class CacheStore:
         """
         with self.changing() as now:
             known = now.frames.get(frame)
-            if known is not None and replace(known, held={}) == replace(state, held={}):
-                state = replace(state, held={**known.held, **state.held})
+            if known is not None and known.fingerprint == state.fingerprint:
+                state = replace(
+                    state,
+                    held={**known.held, **state.held} if known.plan == state.plan else state.held,
+                    world=known.world,
+                    world_fingerprint=known.world_fingerprint,
+                )
             if state != known:
                 frames = {**now.frames, frame: state}
                 named = {name for each in frames.values() for name in each.held.values()}
@@ -507,6 +512,19 @@ class CacheStore:
             put_in_place(temporary, _path(stem, record))
             self.write_manifest(replace(now, world=record, world_fingerprint=fingerprint))
             _remove_earlier(stem, now.world, record)
+        return record
+
+    def add_frame_world(
+        self, frame: int, picture: NDArray[np.float32], fingerprint: str
+    ) -> FileRecord:
+        """Write the world's picture at a frame that `set_frame` began, and record it. Raises as
+        add_camera()."""
+        stem = self.folder / WORLD_STEM
+        written = self._written(stem, {"world": picture})
+        with written as (temporary, record), self.changing() as now:
+            put_in_place(temporary, _path(stem, record))
+            state = replace(now.frames[frame], world=record, world_fingerprint=fingerprint)
+            self.write_manifest(replace(now, frames={**now.frames, frame: state}))
         return record
 
     def sweep(self) -> None:

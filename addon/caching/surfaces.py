@@ -32,11 +32,14 @@ class ObjectState:
     Attributes:
         name: Blender's.
         digest: of its place, shape, attributes and what else a material reads of it.
+        shape: a digest of its place, shape and materials' names alone, which are what others feel
+            of it.
         low, high: (3,) its bounding box, world space, metres.
     """
 
     name: str
     digest: str
+    shape: str
     low: tuple[float, float, float]
     high: tuple[float, float, float]
 
@@ -89,7 +92,9 @@ class Surfaces:
     def to_json(self) -> dict[str, Any]:
         """Plain values for the manifest."""
         return {
-            "objects": [[o.name, o.digest, *o.low, *o.high] for o in self.objects.values()],
+            "objects": [
+                [o.name, o.digest, o.shape, *o.low, *o.high] for o in self.objects.values()
+            ],
             "materials": {n: [m.digest, m.feels_near] for n, m in self.materials.items()},
         }
 
@@ -97,8 +102,8 @@ class Surfaces:
     def from_json(cls, data: Mapping[str, Any]) -> Surfaces:
         """Raises KeyError, TypeError or ValueError on anything that to_json() did not write."""
         objects = [
-            ObjectState(str(name), str(digest), _point(box[:3]), _point(box[3:]))
-            for name, digest, *box in data["objects"]
+            ObjectState(str(name), str(digest), str(shape), _point(box[:3]), _point(box[3:]))
+            for name, digest, shape, *box in data["objects"]
         ]
         materials = {
             str(name): MaterialState(str(digest), bool(feels_near))
@@ -159,28 +164,30 @@ def _single_state(
     name = geometry.object_names[index]
     triangles = geometry.triangles[some]
     if not len(triangles):
-        return ObjectState(name, short_digest(name), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        return ObjectState(name, short_digest(name), "", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     # An object's vertices lie together; numbering them from 0 makes it independent of others.
     first, last = int(triangles.min()), int(triangles.max())
     points = geometry.vertices[first : last + 1]
     used, slot = np.unique(geometry.material_id[some], return_inverse=True)
-    digest = short_digest(
-        name,
-        geometry.object_states[index] if geometry.object_states else b"",
+    shape = short_digest(
         np.ascontiguousarray(points),
         np.ascontiguousarray(triangles - first),
         b"\0".join(material_names[i] for i in used),
         slot.astype(np.int32),
         np.ascontiguousarray(geometry.camera_visible[some]),
     )
+    state = geometry.object_states[index] if geometry.object_states else b""
+    digest = short_digest(shape, state, name)
     touched = np.zeros(len(points), dtype=np.bool_)
     touched[(triangles - first).ravel()] = True
     corners = points if touched.all() else points[touched]
-    return ObjectState(name, digest, _point(corners.min(axis=0)), _point(corners.max(axis=0)))
+    low, high = _point(corners.min(axis=0)), _point(corners.max(axis=0))
+    return ObjectState(name, digest, shape, low, high)
 
 
 def _joined(name: str, states: list[ObjectState]) -> ObjectState:
     low = np.min([state.low for state in states], axis=0)
     high = np.max([state.high for state in states], axis=0)
     digest = short_digest(name, *sorted({state.digest for state in states}))
-    return ObjectState(name, digest, _point(low), _point(high))
+    shape = short_digest(*sorted({state.shape for state in states}))
+    return ObjectState(name, digest, shape, _point(low), _point(high))

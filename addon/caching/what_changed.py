@@ -56,6 +56,13 @@ class Changes:
         return bool(self.gone or self.come or self.materials)
 
     @property
+    def moved(self) -> tuple[ObjectState, ...]:
+        """Objects whose shape, place or existence changed, as they were and as they are."""
+        gone, come = ({state.shape for state in some} for some in (self.gone, self.come))
+        were = (state for state in self.gone if state.shape not in come)
+        return (*were, *(state for state in self.come if state.shape not in gone))
+
+    @property
     def names(self) -> tuple[str, ...]:
         """What changed, as it is told: object 'Chair', material 'Wood'."""
         objects = {_object(state.name) for state in (*self.gone, *self.come)}
@@ -123,8 +130,8 @@ class ChangesInSight:
             return self.changes.names
         found = {_object(self._gone[digest].name) for digest in seen.objects & self._gone.keys()}
         found |= {_material(name) for name in seen.materials & self.changes.materials}
-        if seen.materials & self._near_by and (self.changes.gone or self.changes.come):
-            found |= {_object(s.name) for s in (*self.changes.gone, *self.changes.come)}
+        if seen.materials & self._near_by:
+            found |= {_object(state.name) for state in self.changes.moved}
         if found:
             return tuple(sorted(found))
         picture: DeepFramebuffer | None = None
@@ -166,7 +173,7 @@ class ChangesInSight:
             if name in self.changes.materials & self._cut_out
         ]
         of_opened = np.unique(self._geometry.object_id[np.isin(self._geometry.material_id, opened)])
-        moved = [*self.changes.gone, *self.changes.come, *(self._states[i] for i in of_opened)]
+        moved = [*self.changes.moved, *(self._states[i] for i in of_opened)]
         solid = np.array([name not in self._cut_out for name in self._geometry.material_names])
         still = ~self._object_came[self._geometry.object_id] & solid[self._geometry.material_id]
         return AmbientReach(triangles_of(self._geometry, np.flatnonzero(still)), moved)

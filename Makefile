@@ -5,6 +5,7 @@
 # make extension   dist/relume-*.zip, to be installed in Blender
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
 # make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
+# make bench-caching BENCH_ARGS="A.blend B.blend"   sizes of caches, what they cost, and bake times
 #
 # Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
 
@@ -13,7 +14,8 @@ PYTHON3 ?= python3
 READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
-.PHONY: demo test lint extension bench-placement bench-placement-quality machine clean
+.PHONY: demo test lint extension bench-placement bench-placement-quality \
+	bench-caching machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -36,6 +38,9 @@ bench-placement: $(READY)
 bench-placement-quality: $(READY)
 	$(RUN) -m tools.placement_table $(SCENES)
 	$(RUN) -m tools.placement_table --ablations $(SCENES)
+
+bench-caching: $(READY) machine
+	$(RUN) -m benchmarks.caching $(BENCH_ARGS)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

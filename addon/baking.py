@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from .caching.bake import BakeReport, BakeSettings, bake_scene
 from .caching.bake_settings import earlier_cache
 from .caching.edited_cameras import PLACEMENT_NAME, edited_cameras
-from .caching.fingerprint import scene_fingerprint
+from .caching.fingerprint import read_state
 from .caching.presets import PRESETS
 from .caching.store import CacheStore
 from .camplace.camera import CachingCamera
@@ -65,18 +66,23 @@ class Baking:
         """
         # Asked before the minutes that placing may take.
         require_folder(self.cache)
-        earlier = earlier_cache(self.cache, scene_fingerprint(self.geometry), self.settings)
+        state = read_state(self.geometry, int(self.scene.frame_current))
+        earlier = earlier_cache(self.cache, state.surfaces, state.fingerprint, self.settings)
         goes_on = self.settings.resume or self.settings.only is not None
         if not cameras and not self.anew:
             cameras = self._shown(earlier, progress)
         if not cameras and goes_on and earlier is not None:
             cameras = earlier.manifest.cameras
+        seconds = {}
         if not cameras:
+            started = time.monotonic()
             cameras = self._placed(part_of(progress, 0.0, PLACING))
+            seconds["place"] = time.monotonic() - started
             progress = part_of(progress, PLACING, 1.0)
         elif self.shot != ALL_CAMERAS:
             self.say("no cameras were placed, so that the choice of a shot made no difference")
-        return bake_scene(self.scene, self.geometry, cameras, self.cache, self.settings, progress)
+        report = bake_scene(self.scene, self.geometry, cameras, self.cache, self.settings, progress)
+        return replace(report, seconds={**seconds, **report.seconds})
 
     def _shown(self, earlier: CacheStore | None, progress: Progress) -> Sequence[CachingCamera]:
         """The caching cameras in the scene; those that nobody touched are the placed ones."""

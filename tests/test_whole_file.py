@@ -6,6 +6,7 @@ from __future__ import annotations
 import errno
 import os
 import resource
+import stat
 from collections.abc import Callable
 from pathlib import Path
 
@@ -38,11 +39,47 @@ def test_the_new_file_takes_the_old_ones_place_at_the_end(tmp_path: Path) -> Non
 def test_it_reaches_the_disk_before_it_is_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """And its new name is on the disk when the block ends."""
     path, flushed = tmp_path / "note.txt", []
-    monkeypatch.setattr("os.fsync", lambda number: flushed.append(path.exists()))
+
+    def note(number: int) -> None:
+        what = "folder" if stat.S_ISDIR(os.fstat(number).st_mode) else os.fstat(number).st_size
+        flushed.append((what, path.exists()))
+
+    monkeypatch.setattr("os.fsync", note)
     with replacing(path) as part:
         part.write_text("new")
-    assert flushed == [False]
+    assert flushed == [(3, False), ("folder", True)]
+
+
+def test_file_systems_that_do_not_flush_folders(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They say that they cannot; others say that the disk is broken, and that is told."""
+    path, flush, answer = tmp_path / "note.txt", os.fsync, errno.EINVAL
+
+    def refuse(number: int) -> None:
+        if stat.S_ISDIR(os.fstat(number).st_mode):
+            raise OSError(answer, os.strerror(answer))
+        flush(number)
+
+    monkeypatch.setattr("os.fsync", refuse)
+    with replacing(path) as part:
+        part.write_text("new")
+    assert path.read_text() == "new"
+    answer = errno.EIO
+    with pytest.raises(InputError, match="Input/output error"), replacing(path) as part:
+        part.write_text("newer")
+
+
+def test_no_two_writers_have_one_temporary_name(tmp_path: Path) -> None:
+    """Not even with one process number, as containers on one disk have."""
+    path = tmp_path / "note.txt"
+    with replacing(path) as mine, replacing(path) as theirs:
+        assert mine != theirs
+        mine.write_text("mine")
+        theirs.write_text("theirs")
+    assert path.read_text() == "mine"
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), ValueError("a mistake")])
@@ -126,17 +163,18 @@ def test_a_librarys_own_words_when_the_disk_is_well(tmp_path: Path) -> None:
     ],
 )
 def test_every_writer_says_that_the_disk_is_full(
-    tmp_path: Path, write: Callable[[Path], None], where: str
+    tmp_path: Path, write: Callable[[Path], None], where: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "file"
     path.write_text("old")
+    monkeypatch.setattr("secrets.token_hex", lambda count: "token")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     if where == "limit":
         # A few bytes fit, then no more: what a disk does that fills up.
         resource.setrlimit(resource.RLIMIT_FSIZE, (16, limits[1]))
         message = "cannot be written: File too large"
     else:
-        path.with_name(f".file.{os.getpid()}.part").symlink_to("/dev/full")
+        path.with_name(f".file.token.{os.getpid()}.part").symlink_to("/dev/full")
         message = "cannot be written: the disk is full"
     try:
         with pytest.raises(InputError, match=message):

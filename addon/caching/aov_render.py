@@ -8,6 +8,7 @@ layer, camera and world of its own, so the artist's scene keeps all of its setti
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -45,7 +46,11 @@ _FILTER_WIDTH = 0.01
 
 
 class Stage:
-    """A scene that renders texel-centre AOVs of the artist's scene."""
+    """A scene that renders texel-centre AOVs of the artist's scene.
+
+    Attributes:
+        seconds: that Cycles took for all pictures so far, and that it took to read them.
+    """
 
     def __init__(
         self,
@@ -62,6 +67,7 @@ class Stage:
         self._camera = camera
         self._path = path
         self._sky_rays = sky_rays
+        self.seconds = {"cycles": 0.0, "read": 0.0}
         # Channel -> Cycles' pass and the letters of its components.
         self._passes = {"depth": ("Depth", "Z")}
         for name in channels:
@@ -89,8 +95,7 @@ class Stage:
         render.resolution_x = render.resolution_y = camera.resolution
         components = 4 + sum(len(letters) for _, letters in self._passes.values())
         size = components * camera.resolution**2 * np.dtype(np.float32).itemsize
-        render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
-        result = self._read(camera.resolution, self._passes)
+        result = self._picture(camera, size, self._passes)
         if self._sky_rays:
             result["ambient_occlusion"] = self._render_sky(camera, size)
         return result
@@ -100,12 +105,23 @@ class Stage:
         of the cosine-weighted hemisphere."""
         cycles = self._scene.cycles
         cycles.samples, cycles.max_bounces = self._sky_rays, 1
+        sky = {"sky": (f"Combined_{_SKY}", "R")}
         try:
-            render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
+            return np.clip(self._picture(camera, size, sky)["sky"], 0.0, 1.0)
         finally:
             cycles.samples, cycles.max_bounces = 1, 0
-        sky = {"sky": (f"Combined_{_SKY}", "R")}
-        return np.clip(self._read(camera.resolution, sky)["sky"], 0.0, 1.0)
+
+    def _picture(
+        self, camera: CachingCamera, size: int, passes: Mapping[str, tuple[str, str]]
+    ) -> dict[str, NDArray[np.float32]]:
+        """Render these passes, which take so many bytes, and read them."""
+        started = time.monotonic()
+        render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
+        rendered = time.monotonic()
+        pictures = self._read(camera.resolution, passes)
+        self.seconds["cycles"] += rendered - started
+        self.seconds["read"] += time.monotonic() - rendered
+        return pictures
 
     def _read(
         self, resolution: int, passes: Mapping[str, tuple[str, str]]

@@ -4,58 +4,31 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
-from ..progress import Progress, silent
+from ..progress import Progress, part_of, silent
 from ..scene.geometry import SceneGeometry
-from ..scene.geometry_reader import NO_MATERIAL
 from ..scene.world_reader import read_world, render_world
-from ..time_left import time_left
-from .aov_render import staged, without_new_pictures
-from .bake_camera import bake_camera
-from .bake_settings import BakeSettings, prepare_store
-from .fingerprint import scene_fingerprint
+from .aov_render import without_new_pictures
+from .bake_cameras import Baked, CamerasBake
+from .bake_report import BakeReport
+from .bake_settings import BakeSettings, earlier_cache, prepare_store
+from .carry import Carrier, numbered_materials, same_layout
+from .fingerprint import read_state
+from .frames import FramesBake
 from .linked_surfaces import local_stand_ins
 from .presets import PRESETS, Preset
-from .ray_occlusion import OcclusionCaster
-from .specialize import SpecializedMaterial, needs_sky, specialized
+from .scene_state import SceneState
+from .specialize import specialized
 from .store import CacheStore, Manifest
 
 __all__ = ["BakeReport", "BakeSettings", "Preset", "bake_scene"]
-
-
-@dataclass(frozen=True)
-class BakeReport:
-    """What a bake did.
-
-    Attributes:
-        cameras: caching cameras in the cache.
-        baked, kept: how many were baked now, and kept from an earlier bake.
-        texels: texels baked now.
-        channels: stored channels.
-        raw_bytes, stored_bytes: of the cameras baked now, before and after compression.
-        seconds: by stage.
-        approximations: a sentence for each material that is not cached as Cycles shows it.
-    """
-
-    cameras: int
-    baked: int
-    kept: int
-    texels: int
-    channels: tuple[str, ...]
-    raw_bytes: int
-    stored_bytes: int
-    seconds: Mapping[str, float]
-    approximations: tuple[str, ...]
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values."""
-        return {**vars(self), "seconds": dict(self.seconds)}
 
 
 def bake_scene(  # noqa: PLR0917 - the order that every caller knows
@@ -69,7 +42,8 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
     """Bake caching cameras of the open file's `scene`, a `bpy.types.Scene`.
 
     The scene is left as it was found, also when `progress` raises or Cycles fails. Each camera
-    is on the disk, and in the manifest, before the next one begins.
+    is on the disk, and in the manifest, before the next one begins. `settings.frames` are baked
+    after the current one, which the cache begins with.
 
     Raises:
         InputError: the folder belongs to another scene or cannot be written, or a material
@@ -84,40 +58,113 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
     _check_ids(settings.only, fitted)
     progress(0.0, "Reading the scene")
     world = _world(scene)
-    fingerprint = scene_fingerprint(geometry)
+    state = read_state(geometry, int(scene.frame_current))
+    bake = _Bake(scene, state, fitted, Path(folder), settings)
     ambient_rays = fineness.occlusion_rays if world is not None else 0
-    with (
-        without_new_pictures(),
-        local_stand_ins(),
-        specialized(geometry.material_names, ambient_rays) as (plan, shown),
-    ):
-        manifest = Manifest(fingerprint, {"preset": settings.preset}, plan, fitted)
-        store = prepare_store(Path(folder), manifest, settings)
-        seconds = {"prepare": time.monotonic() - started}
-        wanted = [c for c in fitted if settings.only is None or c.id in settings.only]
-        kept = [c for c in wanted if settings.resume and store.is_intact(c.id)]
-        todo = [c for c in wanted if c not in kept]
-        sky_rays = ambient_rays if needs_sky(plan, shown) else 0
-        occlusion = OcclusionCaster(geometry, ambient_rays)
-        baked = _bake_cameras(
-            scene, store, todo, shown, occlusion, sky_rays=sky_rays, progress=progress
-        )
+    first_share = 1.0 / (1 + len(settings.frames))
+    done = bake.first_frame(ambient_rays, started, part_of(progress, 0.0, first_share))
+    store, baked, carrier = done.store, done.baked, done.carrier
+    seconds = {"prepare": done.preparing}
     if world is not None and world.needs_baking:
         started = time.monotonic()
         _bake_world(scene, world.fingerprint, store, progress)
         seconds["world"] = time.monotonic() - started
+    first = baked.cameras
+    frames = FramesBake(scene, store, done.wanted, ambient_rays, resume=settings.resume)
+    told = frames.run(state, settings.frames, baked, part_of(progress, first_share, 1.0))
     progress(1.0, f"{len(store.cameras)} of {len(fitted)} cameras baked")
+    manifest = store.manifest
+    records = [*manifest.finished.values(), *(p.record for p in manifest.pictures.values())]
     return BakeReport(
         cameras=len(fitted),
-        baked=len(todo),
-        kept=len(kept),
-        texels=sum(c.resolution**2 for c in todo),
-        channels=plan.stored,
+        baked=first,
+        kept=len(done.wanted) - first,
+        texels=baked.texels,
+        plan=store.plan,
+        precisions=baked.precisions,
         raw_bytes=baked.raw_bytes,
         stored_bytes=baked.stored_bytes,
-        seconds={**seconds, "render": baked.render_seconds, "write": baked.write_seconds},
-        approximations=tuple(str(item) for item in plan.approximations),
+        cache_bytes=sum(record.size for record in records),
+        seconds={**seconds, **baked.seconds},
+        changed=carrier.changed,
+        again=carrier.again,
+        frames=told,
+        notes=(*carrier.notes, *frames.notes),
     )
+
+
+@dataclass(frozen=True)
+class _FirstFrame:
+    """What became of the frame that a cache begins with."""
+
+    store: CacheStore
+    carrier: Carrier
+    baked: Baked
+    wanted: tuple[CachingCamera, ...]
+    preparing: float
+
+
+@dataclass(frozen=True)
+class _Bake:
+    """What is to be baked, and where to."""
+
+    scene: Any
+    state: SceneState
+    cameras: tuple[CachingCamera, ...]
+    folder: Path
+    settings: BakeSettings
+
+    def first_frame(self, ambient_rays: int, started: float, progress: Progress) -> _FirstFrame:
+        """Bake the scene as it is now, into the cache that it goes on with or begins.
+
+        Materials keep the numbers that the pictures of an earlier bake have for them. If those
+        pictures are of no use, they are numbered anew, which leaves out those that are gone.
+        """
+        settings = self.settings
+        goes_on = settings.resume or settings.only is not None
+        earlier = None
+        if goes_on:
+            state = self.state
+            earlier = earlier_cache(self.folder, state.surfaces, state.fingerprint, settings)
+        names = self.state.geometry.material_names
+        numbered = numbered_materials(earlier, names)
+        if numbered != names and earlier is not None:
+            with self._specialized(numbered, ambient_rays) as bake:
+                if same_layout(earlier.plan, bake.plan):
+                    return self._bake(bake, started, progress)
+        with self._specialized(names, ambient_rays) as bake:
+            return self._bake(bake, started, progress)
+
+    @contextmanager
+    def _specialized(self, names: Sequence[str], ambient_rays: int) -> Iterator[CamerasBake]:
+        with (
+            without_new_pictures(),
+            local_stand_ins(),
+            specialized(names, ambient_rays) as (plan, shown),
+        ):
+            yield CamerasBake(self.scene, self.state, plan, shown, ambient_rays)
+
+    def _bake(self, bake: CamerasBake, started: float, progress: Progress) -> _FirstFrame:
+        settings = self.settings
+        carrier = Carrier(self.state)
+        manifest = Manifest(
+            self.state.fingerprint,
+            {"preset": settings.preset},
+            bake.plan,
+            self.cameras,
+            surfaces=self.state.surfaces,
+            cut_out=tuple(m.name for m in bake.materials if m.is_cut_out),
+            frame=self.state.frame,
+        )
+        progress(0.0, "Comparing the scene with the cache")
+        store = prepare_store(self.folder, manifest, settings, carrier)
+        only = settings.only
+        wanted = tuple(c for c in self.cameras if only is None or c.id in only)
+        todo = [c for c in wanted if not (settings.resume and store.is_intact(c.id))]
+        preparing = time.monotonic() - started
+        baked = Baked()
+        bake.run(todo, store.add_camera, baked, part_of(progress, 0.02, 0.96))
+        return _FirstFrame(store, carrier, baked, wanted, preparing)
 
 
 def _world(scene: Any) -> Any:
@@ -138,53 +185,8 @@ def _check_ids(only: frozenset[int] | None, cameras: Sequence[CachingCamera]) ->
 
 def _bake_world(scene: Any, fingerprint: str, store: CacheStore, progress: Progress) -> None:
     """The world's picture, unless the cache has it already."""
-    manifest = store.manifest
-    if manifest.world is None or manifest.world_fingerprint != fingerprint:
+    if not store.has_world(fingerprint):
         progress(0.97, "Rendering the world")
         with without_new_pictures():
             picture = render_world(scene)
         store.add_world(picture, fingerprint)
-
-
-@dataclass
-class _Baked:
-    """What the cameras took."""
-
-    raw_bytes: int = 0
-    stored_bytes: int = 0
-    render_seconds: float = 0.0
-    write_seconds: float = 0.0
-
-
-def _bake_cameras(
-    scene: Any,
-    store: CacheStore,
-    cameras: Sequence[CachingCamera],
-    materials: Sequence[SpecializedMaterial],
-    occlusion: OcclusionCaster,
-    *,
-    sky_rays: int,
-    progress: Progress,
-) -> _Baked:
-    baked = _Baked()
-    if not cameras:
-        return baked
-    texels = [camera.resolution**2 for camera in cameras]
-    timed: list[tuple[int, float]] = []
-    has_default = NO_MATERIAL in store.plan.material_names
-    with staged(scene, store.plan, has_normal=has_default, sky_rays=sky_rays) as stage:
-        for number, camera in enumerate(cameras, start=1):
-            done = len(timed)
-            left = time_left(timed, texels[done:])
-            message = f"Baking camera {number} of {len(cameras)}{left}"
-            progress(0.02 + 0.94 * sum(texels[:done]) / sum(texels), message)
-            started = time.monotonic()
-            framebuffer = bake_camera(stage, camera, store.plan, materials, occlusion)
-            rendered = time.monotonic()
-            record = store.add_camera(framebuffer)
-            baked.raw_bytes += framebuffer.raw_bytes
-            baked.stored_bytes += record.size
-            baked.render_seconds += rendered - started
-            baked.write_seconds += time.monotonic() - rendered
-            timed.append((camera.resolution**2, time.monotonic() - started))
-    return baked

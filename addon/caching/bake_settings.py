@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from ..errors import InputError
+from .carry import Carrier, is_same_scene
 from .presets import DEFAULT_PRESET, Preset
 from .store import MANIFEST_NAME, CacheStore, Manifest
+from .surfaces import Surfaces
 
 
 @dataclass(frozen=True)
@@ -18,23 +20,29 @@ class BakeSettings:
     Attributes:
         preset: how fine.
         only: ids of the cameras to bake now; None for all.
-        resume: keep finished cameras of an earlier bake of this scene with these settings.
+        resume: keep finished cameras of an earlier bake of this scene with these settings; where
+            the scene changed since, those that see none of what changed.
         overwrite: take the place of a cache of another scene; with `resume` also of one of other
             cameras, of which those that are the same are kept.
+        frames: to bake beside the current one, in ascending order.
     """
 
     preset: Preset = DEFAULT_PRESET
     only: frozenset[int] | None = None
     resume: bool = False
     overwrite: bool = False
+    frames: tuple[int, ...] = ()
 
 
-def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> CacheStore:
+def prepare_store(
+    folder: Path, manifest: Manifest, settings: BakeSettings, carrier: Carrier | None = None
+) -> CacheStore:
     """The cache to bake into: an earlier one, or a new one in its place.
 
     An earlier cache of the same scene, cameras and settings stays as it is: its files are
     replaced one by one as cameras are baked again, so a bake that fails loses none of them.
-    Several processes may do so at once.
+    Several processes may do so at once. With `resume`, what is still true of a cache of the
+    scene before it changed is carried into the new one.
 
     Raises:
         InputError: the folder cannot be written, or holds another scene's cache, or one that
@@ -42,21 +50,39 @@ def prepare_store(folder: Path, manifest: Manifest, settings: BakeSettings) -> C
     """
     folder = Path(folder)
     with CacheStore.exclusive(folder):
-        earlier = earlier_cache(folder, manifest.fingerprint, settings)
+        earlier = earlier_cache(folder, manifest.surfaces, manifest.fingerprint, settings)
         if earlier is None:
             return CacheStore.create(folder, manifest)
         if earlier.manifest.continues(manifest):
             earlier.sweep()
             return earlier
-        if settings.overwrite and settings.resume:
-            return CacheStore.create(folder, _carried(earlier.manifest, manifest))
+        if settings.resume and (settings.overwrite or _differs_in_scene(earlier, manifest)):
+            return CacheStore.create(folder, (carrier or Carrier()).carried(earlier, manifest))
         if settings.overwrite or (not settings.resume and settings.only is None):
             return CacheStore.create(folder, manifest)
         raise InputError(_difference(folder, earlier.manifest, manifest))
 
 
-def earlier_cache(folder: Path, fingerprint: str, settings: BakeSettings) -> CacheStore | None:
+def _differs_in_scene(earlier: CacheStore, wanted: Manifest) -> bool:
+    """Whether settings and cameras are the same, so that only objects, materials or the world
+    may have changed."""
+    cameras = [camera.to_json() for camera in wanted.cameras]
+    before = [camera.to_json() for camera in earlier.manifest.cameras]
+    return dict(earlier.manifest.settings) == dict(wanted.settings) and before == cameras
+
+
+def earlier_cache(
+    folder: Path, surfaces: Surfaces, fingerprint: str, settings: BakeSettings
+) -> CacheStore | None:
     """The scene's own cache in this folder; None for none, or for one that is to be replaced.
+
+    With `resume` that may be one of the scene before its objects or materials changed.
+
+    Args:
+        folder: the cache's.
+        surfaces: the scene's, as they are.
+        fingerprint: of these.
+        settings: of the bake.
 
     Raises:
         InputError: a cache of another scene, another version or a damaged one is there, and it
@@ -72,26 +98,14 @@ def earlier_cache(folder: Path, fingerprint: str, settings: BakeSettings) -> Cac
         raise InputError(f"{error} (--overwrite replaces it)") from error
     if store.manifest.fingerprint == fingerprint:
         return store
+    if settings.resume and is_same_scene(store.manifest.surfaces, surfaces):
+        return store
     if settings.overwrite:
         return None
     raise InputError(
         f"{folder} is the cache of another scene, or of this one before its objects or materials "
-        "changed; bake with --overwrite to replace it, or choose another folder"
-    )
-
-
-def _carried(earlier: Manifest, wanted: Manifest) -> Manifest:
-    """`wanted`, begun with what `earlier` has finished of the same cameras."""
-    if (earlier.settings, earlier.plan) != (wanted.settings, wanted.plan):
-        return wanted
-    known = {camera.id: camera.to_json() for camera in earlier.cameras}
-    same = [c.id for c in wanted.cameras if c.id in earlier.finished and known[c.id] == c.to_json()]
-    finished = {number: earlier.finished[number] for number in same}
-    return replace(
-        wanted,
-        finished=finished,
-        world=earlier.world,
-        world_fingerprint=earlier.world_fingerprint,
+        "changed; bake with --resume to bake again what sees a change, with --overwrite to replace "
+        "all of it, or choose another folder"
     )
 
 

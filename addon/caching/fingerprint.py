@@ -1,95 +1,92 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fingerprints of what a cache depends on.
-
-The scene's is of its surfaces and their materials. Lights and cameras don't count: they may
-change without a new bake. The world has a fingerprint of its own, as only its picture depends
-on it.
-"""
+"""Fingerprints of what a cache depends on."""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from typing import Any
 
 import bpy
-import numpy as np
 
 from ..scene.geometry import SceneGeometry
+from ..scene.node_use import used_nodes
 from ..scene.tree_lines_reader import tree_lines
+from .scene_state import SceneState
+from .surfaces import MaterialState, Surfaces, object_states, short_digest
 
-# Attribute type -> property of its elements, numbers in each, and their type.
-_ELEMENTS: dict[str, tuple[str, int, type[np.generic]]] = {
-    "FLOAT": ("value", 1, np.float32),
-    "FLOAT2": ("vector", 2, np.float32),
-    "FLOAT_VECTOR": ("vector", 3, np.float32),
-    "FLOAT_COLOR": ("color", 4, np.float32),
-    "BYTE_COLOR": ("color", 4, np.float32),
-    "QUATERNION": ("value", 4, np.float32),
-    "FLOAT4X4": ("value", 16, np.float32),
-    "INT": ("value", 1, np.int32),
-    "INT8": ("value", 1, np.int32),
-    "INT16_2D": ("value", 2, np.int32),
-    "INT32_2D": ("value", 2, np.int32),
-    "BOOLEAN": ("value", 1, np.bool_),
-}
+# Nodes whose value depends on the shapes about the shaded place.
+_FEEL_NEAR = {"ShaderNodeBevel", "ShaderNodeAmbientOcclusion", "ShaderNodeRaycast"}
 
 
-def scene_fingerprint(geometry: SceneGeometry) -> str:
-    """64 hexadecimal digits for the open file's geometry and the materials that it uses."""
-    digest = hashlib.sha256()
-    for array in (
-        geometry.vertices,
-        geometry.triangles,
-        geometry.object_id,
-        geometry.material_id,
-        geometry.camera_visible,
-    ):
-        digest.update(np.ascontiguousarray(array))
-    for part in _mesh_parts(set(geometry.object_names)):
-        digest.update(part)
-    materials = {material.name_full: material for material in bpy.data.materials}
-    for name in geometry.material_names:
-        digest.update(f"material {name}\n".encode())
-        material = materials.get(name)
-        if material is not None:
-            for line in _material_lines(material):
-                digest.update(line.encode())
-    return digest.hexdigest()
+def scene_fingerprint(geometry: SceneGeometry, frame: int | None = None) -> str:
+    """64 hexadecimal digits for the open file's geometry and the materials that it uses.
 
-
-def _material_lines(material: Any) -> Iterator[str]:
-    yield f"{material.pass_index} {tuple(material.diffuse_color)}\n"
-    if material.node_tree is not None:
-        yield from tree_lines(material.node_tree)
-
-
-def _mesh_parts(names: set[str]) -> Iterator[bytes]:
-    """UV maps, colours, smoothness and normals of the shown objects, as their meshes have them.
-
-    Positions are left to the evaluated geometry; names with a dot are the editor's selection.
+    `frame` is that at which the geometry was read; None for the open scene's.
     """
-    seen: set[int] = set()
-    for obj in sorted(bpy.data.objects, key=lambda obj: obj.name_full):
-        if obj.name not in names:
-            continue
-        yield f"{tuple(obj.color)} {obj.pass_index}\n".encode()
-        mesh = obj.data
-        if not isinstance(mesh, bpy.types.Mesh) or mesh.session_uid in seen:
-            continue
-        seen.add(mesh.session_uid)
-        rendered_maps = [layer.name for layer in mesh.uv_layers if layer.active_render]
-        yield f"{rendered_maps}\n".encode()
-        for attribute in mesh.attributes:
-            if attribute.name.startswith(".") or attribute.name == "position":
-                continue
-            yield f"{attribute.name} {attribute.domain} {attribute.data_type}\n".encode()
-            if attribute.data_type in _ELEMENTS:
-                yield _values(attribute)
+    return read_state(geometry, frame).fingerprint
 
 
-def _values(attribute: Any) -> bytes:
-    key, count, dtype = _ELEMENTS[attribute.data_type]
-    values = np.empty(len(attribute.data) * count, dtype=dtype)
-    attribute.data.foreach_get(key, values)
-    return values.tobytes()
+def read_state(geometry: SceneGeometry, frame: int | None = None) -> SceneState:
+    """The states of the open file's objects and of the materials that they use.
+
+    Materials are read as the current frame has them. `frame` as in `scene_fingerprint`.
+    """
+    if frame is None:
+        frame = int(bpy.context.scene.frame_current)
+    materials = {material.name_full: material for material in bpy.data.materials}
+    states = object_states(geometry)
+    surfaces = Surfaces(
+        {state.digest: state for state in states},
+        {
+            name: _material_state(materials.get(name), frame)
+            for name in sorted(set(geometry.material_names))
+        },
+    )
+    return SceneState(frame, geometry, states, surfaces)
+
+
+def _material_state(material: Any, frame: int) -> MaterialState:
+    if material is None:
+        return MaterialState(short_digest("none"))
+    lines = [f"{material.pass_index} {tuple(material.diffuse_color)}\n"]
+    feels_near = False
+    if material.node_tree is not None:
+        lines += tree_lines(material.node_tree)
+        for node in _nodes_within(material.node_tree, set()):
+            feels_near |= node.bl_idname in _FEEL_NEAR
+            lines += _frame_lines(node, frame)
+    return MaterialState(short_digest(*lines), feels_near)
+
+
+def _nodes_within(tree: Any, seen: set[int]) -> Iterator[Any]:
+    """The nodes that have a say in what a tree shows, those of its groups included."""
+    if tree.session_uid in seen:
+        return
+    seen.add(tree.session_uid)
+    for node in used_nodes(tree):
+        yield node
+        inner = getattr(node, "node_tree", None)
+        if inner is not None:
+            yield from _nodes_within(inner, seen)
+
+
+def _frame_lines(node: Any, frame: int) -> Iterator[str]:
+    """What a node takes from the frame by itself; drivers and keyed values are in the sockets.
+
+    An age of particles, or what is read of the scene by name, may be another at any frame.
+    """
+    kind, of_scene = node.bl_idname, getattr(node, "attribute_type", "") == "VIEW_LAYER"
+    if kind == "ShaderNodeParticleInfo" or (kind == "ShaderNodeAttribute" and of_scene):
+        yield f"{node.name} at {frame}\n"
+    image, user = getattr(node, "image", None), getattr(node, "image_user", None)
+    if image is not None and user is not None and image.source in {"SEQUENCE", "MOVIE"}:
+        shown = _shown_picture(user, frame) if user.use_auto_refresh else user.frame_current
+        yield f"{node.name} picture {shown}\n"
+
+
+def _shown_picture(user: Any, frame: int) -> int:
+    """Which picture of a sequence is shown, as Blender counts (`BKE_image_user_frame_get`)."""
+    count = int(user.frame_duration)
+    number = frame - int(user.frame_start) + 1
+    number = (number - 1) % count + 1 if user.use_cyclic else min(max(number, 0), count)
+    return number + int(user.frame_offset)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -20,14 +21,27 @@ def locked(folder: Path) -> Iterator[None]:
     ends; the empty file that it is held on stays behind.
 
     Raises:
-        OSError: the folder cannot be written.
+        OSError: the folder is missing or cannot be written.
     """
-    with (folder / LOCK_NAME).open("ab") as file:
-        _lock(file)
-        try:
-            yield
-        finally:
-            _unlock(file)
+    path = folder / LOCK_NAME
+    while True:
+        with path.open("ab") as file:
+            _lock(file)
+            try:
+                if _is(file, path):
+                    yield
+                    return
+            finally:
+                _unlock(file)
+
+
+def _is(file: BinaryIO, path: Path) -> bool:
+    """Whether the open file is the one that others find there: who waited for a lock in a folder
+    that was removed and made again holds the lock on a file that is gone."""
+    try:
+        return os.path.samestat(os.fstat(file.fileno()), path.stat())
+    except FileNotFoundError:
+        return False
 
 
 if sys.platform == "win32":

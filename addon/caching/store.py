@@ -2,26 +2,30 @@
 """A cache on disk: a manifest, and one multi-part OpenEXR file for each caching camera.
 
     <name>.relume/
-      manifest.json     schema version, scene fingerprint, channel plan, cameras, their files
-      cameras/0007.exr  a part for each channel
-      world.exr         the world's picture, if it varies with direction
+      manifest.json                  schema version, scene fingerprint, plan, cameras, their files
+      cameras/0007-1f2e3d4c.exr      a part for each channel
+      frames/0012/0007-5a6b7c8d.exr  the same of another frame, if the camera sees a change there
+      world-1f2e3d4c.exr             the world's picture, if it varies with direction
 
 Every file is written under a temporary name, flushed to the disk and renamed; the manifest
-comes last. A reader finds the old state or the new one, never half of either. The manifest
-records each file's size and SHA-256, and nothing is read that differs.
+comes last. A picture's name ends with the first digits of its SHA-256: a camera that is baked
+again does not touch its earlier picture, which goes when the manifest names the new one. So a
+reader finds the old state or the new one, never half of either, at whatever moment the writer is
+killed. The manifest records each file's size and SHA-256, and its own; nothing is read that
+differs.
 
-Processes that bake different cameras of one cache change its manifest one at a time, each from
-what it then says, so that none loses what another one finished.
+Processes that bake cameras of one cache put their pictures in place and change its manifest one
+at a time, each from what it then says, so that none loses what another one finished.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import time
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -32,17 +36,29 @@ from numpy.typing import NDArray
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..native_lines import without_lines
-from ..whole_file import replacing, write_errors
+from ..whole_file import (
+    flush_file,
+    flush_folder,
+    put_in_place,
+    replacing,
+    temporary_beside,
+    write_errors,
+)
 from .channels import CHANNEL_BY_NAME
-from .folder_lock import locked
+from .file_record import FileRecord
+from .folder_lock import LOCK_NAME, locked
+from .frame_state import FramePicture, FrameState, frame_ranges
 from .framebuffer import DeepFramebuffer
+from .manifest_seal import is_sealed, sealed
 from .octahedral import from_words, to_words
 from .plan import ChannelPlan
+from .seen_surfaces import Seen
+from .surfaces import Surfaces
 
 SCHEMA = "relume-cache"
 SCHEMA_VERSION = 2
 MANIFEST_NAME = "manifest.json"
-WORLD_NAME = "world.exr"
+WORLD_STEM = "world"
 _BAKE_AGAIN = "bake the cache again"
 _ELSEWHERE = "choose another folder"
 
@@ -57,14 +73,6 @@ _PART_SECONDS = 3600.0
 
 
 @dataclass(frozen=True)
-class FileRecord:
-    """What the manifest knows of a finished file: its size in bytes and its SHA-256."""
-
-    size: int
-    sha256: str
-
-
-@dataclass(frozen=True)
 class Manifest:
     """The state of a cache.
 
@@ -76,6 +84,12 @@ class Manifest:
         finished: the files of the finished ones, by camera id.
         world: the world's picture, if there is one.
         world_fingerprint: of the world that the picture shows; "" without one.
+        surfaces: the states of the objects and materials that `fingerprint` is of.
+        cut_out: names of the materials that light passes through somewhere.
+        seen: what the finished cameras' pictures show, by camera id, where that is known.
+        frame: the scene's frame when it was baked.
+        frames: what is held of other frames.
+        pictures: the files that only those have, by their path within the cache's folder.
     """
 
     fingerprint: str
@@ -85,12 +99,24 @@ class Manifest:
     finished: Mapping[int, FileRecord] = field(default_factory=dict)
     world: FileRecord | None = None
     world_fingerprint: str = ""
+    surfaces: Surfaces = field(default_factory=Surfaces)
+    cut_out: tuple[str, ...] = ()
+    seen: Mapping[int, Seen] = field(default_factory=dict)
+    frame: int = 1
+    frames: Mapping[int, FrameState] = field(default_factory=dict)
+    pictures: Mapping[str, FramePicture] = field(default_factory=dict)
 
     def continues(self, other: Manifest) -> bool:
-        """Whether it and `other` are states of one bake: all but what is finished is equal."""
-        progress = ("finished", "world", "world_fingerprint")
-        mine, theirs = self.to_json(), other.to_json()
-        return all(mine[key] == theirs[key] for key in mine if key not in progress)
+        """Whether it and `other` are states of one bake: all but what is finished is equal.
+
+        The fingerprint stands for the surfaces; at which frame they were so does not matter.
+        """
+        mine, theirs = self._begun(), other._begun()
+        return mine == theirs
+
+    def _begun(self) -> tuple[Any, ...]:
+        cameras = [camera.to_json() for camera in self.cameras]
+        return self.fingerprint, dict(self.settings), self.plan.to_json(), cameras
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
@@ -104,6 +130,12 @@ class Manifest:
             "finished": {str(number): vars(record) for number, record in self.finished.items()},
             "world": None if self.world is None else vars(self.world),
             "world_fingerprint": self.world_fingerprint,
+            "surfaces": self.surfaces.to_json(),
+            "cut_out": list(self.cut_out),
+            "seen": {str(number): seen.to_json() for number, seen in self.seen.items()},
+            "frame": self.frame,
+            "frames": {str(number): state.to_json() for number, state in self.frames.items()},
+            "pictures": {name: picture.to_json() for name, picture in self.pictures.items()},
         }
 
     @classmethod
@@ -114,14 +146,19 @@ class Manifest:
             settings=dict(data["settings"]),
             plan=ChannelPlan.from_json(data["plan"]),
             cameras=tuple(CachingCamera.from_json(camera) for camera in data["cameras"]),
-            finished={int(n): _record(record) for n, record in data["finished"].items()},
-            world=None if data["world"] is None else _record(data["world"]),
+            finished={int(n): FileRecord.from_json(r) for n, r in data["finished"].items()},
+            world=None if data["world"] is None else FileRecord.from_json(data["world"]),
             world_fingerprint=str(data.get("world_fingerprint", "")),
+            surfaces=Surfaces.from_json(data["surfaces"]),
+            cut_out=tuple(str(name) for name in data["cut_out"]),
+            seen={int(n): Seen.from_json(seen) for n, seen in data["seen"].items()},
+            frame=int(data["frame"]),
+            frames={int(n): FrameState.from_json(state) for n, state in data["frames"].items()},
+            pictures={
+                str(name): FramePicture.from_json(picture)
+                for name, picture in data["pictures"].items()
+            },
         )
-
-
-def _record(data: Mapping[str, Any]) -> FileRecord:
-    return FileRecord(int(data["size"]), str(data["sha256"]))
 
 
 class CacheStore:
@@ -132,9 +169,14 @@ class CacheStore:
         manifest: its state, as last read or written.
     """
 
-    def __init__(self, folder: Path, manifest: Manifest) -> None:
+    def __init__(
+        self, folder: Path, manifest: Manifest, places: Mapping[int, str] | None = None
+    ) -> None:
+        """`places` are paths within the folder, by camera id, of files that lie elsewhere than
+        `camera_path` would look for them."""
         self.folder = folder
         self.manifest = manifest
+        self._places = places or {}
 
     @classmethod
     def open(cls, folder: Path) -> CacheStore:
@@ -145,13 +187,13 @@ class CacheStore:
         """
         folder = Path(folder)
         path = folder / MANIFEST_NAME
-        if not path.is_file():
-            raise InputError(f"{folder} holds no Relume cache; bake one there first")
         try:
             data = json.loads(path.read_text(encoding="utf-8"))
+        except (FileNotFoundError, NotADirectoryError) as error:
+            raise InputError(f"{folder} holds no Relume cache; bake one there first") from error
         except OSError as error:
-            raise InputError(f"{path} cannot be read: {error.strerror}") from error
-        except ValueError as error:
+            raise _unreadable(path, error) from error
+        except (ValueError, RecursionError) as error:
             raise InputError(f"{path} is damaged ({error}); {_BAKE_AGAIN}") from error
         if not isinstance(data, dict) or data.get("schema") != SCHEMA:
             raise InputError(f"{path} is not a Relume cache's manifest; choose another folder")
@@ -163,9 +205,13 @@ class CacheStore:
                 f"{folder} is a cache of version {version!r}, and this Relume reads version "
                 f"{SCHEMA_VERSION}; {remedy}"
             )
+        if not is_sealed(data):
+            raise InputError(
+                f"{path} is damaged: it was changed after it was written; {_BAKE_AGAIN}"
+            )
         try:
             return cls(folder, Manifest.from_json(data))
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
             raise InputError(f"{path} is damaged ({error!r}); {_BAKE_AGAIN}") from error
 
     @classmethod
@@ -178,6 +224,7 @@ class CacheStore:
         store = cls(Path(folder), manifest)
         with write_errors(store.folder, _ELSEWHERE):
             (store.folder / "cameras").mkdir(parents=True, exist_ok=True)
+            flush_folder(store.folder.absolute().parent)
         store.write_manifest(manifest)
         store.sweep()
         return store
@@ -214,15 +261,103 @@ class CacheStore:
                 "or materials changed; bake it again or choose another folder"
             )
 
+    def showing(self, fingerprint: str, frame: int) -> CacheStore:
+        """The cache as it is at the frame at which the scene is: for reading only.
+
+        Args:
+            fingerprint: of the scene as it is.
+            frame: at which it is so.
+
+        Raises:
+            InputError: nothing in the cache was baked from a scene that was like this.
+        """
+        manifest = self.manifest
+        if fingerprint == manifest.fingerprint:
+            return self
+        at_frame = manifest.frames.get(frame)
+        if at_frame is not None and at_frame.fingerprint == fingerprint:
+            return self.at_frame(frame)
+        for number, state in manifest.frames.items():
+            if state.fingerprint == fingerprint:
+                return self.at_frame(number)
+        if manifest.frames and at_frame is None and frame != manifest.frame:
+            baked = frame_ranges((manifest.frame, *manifest.frames))
+            raise InputError(
+                f"{self.folder} does not hold frame {frame}, in which other objects or materials "
+                f"are seen; it holds the frames {baked}; bake it with --resume --frames {frame}"
+            )
+        self.check_fingerprint(fingerprint)
+        return self
+
+    def at_frame(self, frame: int) -> CacheStore:
+        """The cache as it is at a frame that it holds beside its first: for reading only.
+
+        Raises:
+            InputError: it does not hold that frame.
+        """
+        manifest = self.manifest
+        state = manifest.frames.get(frame)
+        if state is None:
+            baked = frame_ranges((manifest.frame, *manifest.frames))
+            raise InputError(f"{self.folder} does not hold frame {frame}, but {baked}")
+        finished: dict[int, FileRecord] = {}
+        seen: dict[int, Seen] = {}
+        for number, name in state.held.items():
+            picture = self._picture(number, name)
+            if picture is not None:
+                finished[number] = picture.record
+                if picture.seen is not None:
+                    seen[number] = picture.seen
+        own_world = state.world is not None
+        at_frame = replace(
+            manifest,
+            fingerprint=state.fingerprint,
+            plan=state.plan or manifest.plan,
+            finished=finished,
+            seen=seen,
+            world=state.world if own_world else manifest.world,
+            world_fingerprint=state.world_fingerprint if own_world else manifest.world_fingerprint,
+        )
+        return CacheStore(self.folder, at_frame, state.held)
+
+    def _picture(self, number: int, name: str) -> FramePicture | None:
+        """What is known of a file that a frame names for a camera; None if it is gone."""
+        record = self.manifest.finished.get(number)
+        if record is not None and self.first_name(number) == name:
+            return FramePicture(record, self.manifest.seen.get(number))
+        return self.manifest.pictures.get(name)
+
+    def first_name(self, number: int) -> str:
+        """The path within the folder of a camera's picture of the cache's first frame."""
+        record = self.manifest.finished[number]
+        return self._name(_path(self._camera_stem(number), record))
+
+    def _name(self, path: Path) -> str:
+        return path.relative_to(self.folder).as_posix()
+
     def camera_path(self, number: int) -> Path:
-        """The file of a camera."""
-        return self.folder / "cameras" / f"{number:04d}.exr"
+        """The file of a finished camera. Raises KeyError for another one."""
+        if number in self._places:
+            return self.folder / self._places[number]
+        return _path(self._camera_stem(number), self.manifest.finished[number])
+
+    @property
+    def world_path(self) -> Path | None:
+        """The file of the world's picture, if there is one."""
+        record = self.manifest.world
+        return None if record is None else _path(self.folder / WORLD_STEM, record)
 
     def is_intact(self, number: int) -> bool:
         """Whether a camera's file is there and is what was written."""
         record = self.manifest.finished.get(number)
-        path = self.camera_path(number)
-        return record is not None and path.is_file() and _file_record(path) == record
+        return record is not None and _is_intact(self.camera_path(number), record)
+
+    def has_world(self, fingerprint: str) -> bool:
+        """Whether the picture of the world with this fingerprint is there, as it was written."""
+        manifest = self.manifest
+        if manifest.world is None or manifest.world_fingerprint != fingerprint:
+            return False
+        return _is_intact(_path(self.folder / WORLD_STEM, manifest.world), manifest.world)
 
     def read_camera(self, number: int) -> DeepFramebuffer:
         """One deep framebuffer.
@@ -276,7 +411,7 @@ class CacheStore:
             raise InputError(
                 f"the world changed after {self.folder} was baked; bake it again with --resume"
             )
-        path = self.folder / WORLD_NAME
+        path = _path(self.folder / WORLD_STEM, self.manifest.world)
         _check(path, self.manifest.world)
         return _read_parts(path)["world"].astype(np.float32, copy=False)
 
@@ -286,22 +421,14 @@ class CacheStore:
         Raises:
             InputError: the disk is full or the folder cannot be written; nothing is left.
         """
-        parts: dict[str, NDArray[Any]] = {}
-        for name, pixels in framebuffer.channels.items():
-            if CHANNEL_BY_NAME[name].field == "normal":
-                parts[name] = to_words(pixels)
-            else:
-                is_half = framebuffer.precision(name) == "half"
-                parts[name] = pixels.astype(np.float16) if is_half else pixels
-        return self._write_exr(self.camera_path(framebuffer.camera.id), parts)
-
-    def write_world(self, picture: NDArray[np.float32]) -> FileRecord:
-        """Write the world's picture. Raises as write_camera()."""
-        return self._write_exr(self.folder / WORLD_NAME, {"world": picture})
+        stem = self._camera_stem(framebuffer.camera.id)
+        with self._written(stem, _parts_of(framebuffer)) as (temporary, record):
+            put_in_place(temporary, _path(stem, record))
+        return record
 
     def write_manifest(self, manifest: Manifest) -> None:
         """Replace the manifest. Raises as write_camera()."""
-        text = json.dumps(manifest.to_json(), indent=1) + "\n"
+        text = json.dumps(sealed(manifest.to_json()), indent=1) + "\n"
         with replacing(self.folder / MANIFEST_NAME, _ELSEWHERE) as temporary:
             temporary.write_text(text, encoding="utf-8")
         self.manifest = manifest
@@ -313,7 +440,7 @@ class CacheStore:
         Raises:
             InputError: as write_camera(), or another bake began in this folder meanwhile.
         """
-        with self.exclusive(self.folder):
+        with write_errors(self.folder, _ELSEWHERE), locked(self.folder):
             now = CacheStore.open(self.folder).manifest
             if not now.continues(self.manifest):
                 raise InputError(
@@ -322,42 +449,189 @@ class CacheStore:
                 )
             yield now
 
-    def add_camera(self, framebuffer: DeepFramebuffer) -> FileRecord:
-        """Write one deep framebuffer and record it in the manifest. Raises as changing()."""
-        record = self.write_camera(framebuffer)
+    def add_camera(self, framebuffer: DeepFramebuffer, seen: Seen | None = None) -> FileRecord:
+        """Write one deep framebuffer and record it, and what it shows, in the manifest.
+
+        Raises:
+            InputError: as changing(); all is then as it was before.
+        """
+        number = framebuffer.camera.id
+        stem = self._camera_stem(number)
+        written = self._written(stem, _parts_of(framebuffer))
+        with written as (temporary, record), self.changing() as now:
+            put_in_place(temporary, _path(stem, record))
+            shown = {n: shows for n, shows in now.seen.items() if n != number}
+            shown |= {} if seen is None else {number: seen}
+            finished = {**now.finished, number: record}
+            self.write_manifest(replace(now, finished=finished, seen=shown))
+            earlier = now.finished.get(number)
+            held = {state.held.get(number) for state in now.frames.values()}
+            if earlier is not None and self._name(_path(stem, earlier)) not in held:
+                _remove_earlier(stem, earlier, record)
+        return record
+
+    def set_frame(self, frame: int, state: FrameState) -> None:
+        """Record what is held of a frame; what is held already of the same state stays.
+
+        Raises:
+            InputError: as changing().
+        """
         with self.changing() as now:
-            finished = {**now.finished, framebuffer.camera.id: record}
-            self.write_manifest(replace(now, finished=finished))
+            known = now.frames.get(frame)
+            if known is not None and known.fingerprint == state.fingerprint:
+                state = replace(
+                    state,
+                    held={**known.held, **state.held} if known.plan == state.plan else state.held,
+                    world=known.world,
+                    world_fingerprint=known.world_fingerprint,
+                )
+            if state != known:
+                frames = {**now.frames, frame: state}
+                named = {name for each in frames.values() for name in each.held.values()}
+                pictures = {name: p for name, p in now.pictures.items() if name in named}
+                self.write_manifest(replace(now, frames=frames, pictures=pictures))
+            else:
+                self.manifest = now
+
+    def add_frame_camera(
+        self, frame: int, framebuffer: DeepFramebuffer, seen: Seen | None = None
+    ) -> FileRecord:
+        """Write a deep framebuffer of a frame that `set_frame` began, and record it.
+
+        Raises:
+            InputError: as changing(); all is then as it was before.
+        """
+        number = framebuffer.camera.id
+        stem = self._camera_stem(number, frame)
+        written = self._written(stem, _parts_of(framebuffer))
+        with written as (temporary, record), self.changing() as now:
+            path = _path(stem, record)
+            put_in_place(temporary, path)
+            state = now.frames[frame]
+            state = replace(state, held={**state.held, number: self._name(path)})
+            frames = {**now.frames, frame: state}
+            pictures = {**now.pictures, self._name(path): FramePicture(record, seen)}
+            self.write_manifest(replace(now, frames=frames, pictures=pictures))
         return record
 
     def add_world(self, picture: NDArray[np.float32], fingerprint: str) -> FileRecord:
-        """Write the world's picture and record it in the manifest. Raises as changing()."""
-        record = self.write_world(picture)
-        with self.changing() as now:
+        """Write the world's picture and record it in the manifest. Raises as add_camera()."""
+        stem = self.folder / WORLD_STEM
+        written = self._written(stem, {"world": picture})
+        with written as (temporary, record), self.changing() as now:
+            put_in_place(temporary, _path(stem, record))
             self.write_manifest(replace(now, world=record, world_fingerprint=fingerprint))
+            _remove_earlier(stem, now.world, record)
+        return record
+
+    def add_frame_world(
+        self, frame: int, picture: NDArray[np.float32], fingerprint: str
+    ) -> FileRecord:
+        """Write the world's picture at a frame that `set_frame` began, and record it. Raises as
+        add_camera()."""
+        stem = self.folder / WORLD_STEM
+        written = self._written(stem, {"world": picture})
+        with written as (temporary, record), self.changing() as now:
+            put_in_place(temporary, _path(stem, record))
+            state = replace(now.frames[frame], world=record, world_fingerprint=fingerprint)
+            self.write_manifest(replace(now, frames={**now.frames, frame: state}))
         return record
 
     def sweep(self) -> None:
-        """Remove files of an earlier cache, and what a killed process left half-written."""
-        keep = {self.camera_path(camera.id) for camera in self.manifest.cameras}
-        stale = [p for p in (self.folder / "cameras").glob("*.exr") if p not in keep]
-        if self.manifest.world is None:
-            stale.append(self.folder / WORLD_NAME)
-        before = time.time() - _PART_SECONDS
-        stale += [p for p in self.folder.rglob(".*.part") if p.stat().st_mtime < before]
+        """Remove pictures that the manifest does not name, and what a killed process left.
+
+        To be called where no other process changes the cache.
+        """
+        keep = {self.camera_path(number) for number in self.manifest.finished} | {self.world_path}
+        for state in self.manifest.frames.values():
+            keep |= {self.folder / name for name in state.held.values()}
+            if state.world is not None:
+                keep.add(_path(self.folder / WORLD_STEM, state.world))
+        pictures = (
+            (self.folder / "cameras").glob("*.exr"),
+            (self.folder / "frames").glob("*/*.exr"),
+            self.folder.glob(f"{WORLD_STEM}*.exr"),
+        )
+        stale = [path for path in chain(*pictures) if path not in keep]
+        # By the clock that the files' own times are of, which may be another computer's.
+        lock = self.folder / LOCK_NAME
+        lock.touch()
+        before = lock.stat().st_mtime - _PART_SECONDS
+        stale += [path for path in self.folder.rglob(".*.part") if _is_older(path, before)]
         for path in stale:
             path.unlink(missing_ok=True)
 
-    def _write_exr(self, path: Path, parts: Mapping[str, NDArray[Any]]) -> FileRecord:
-        with replacing(path, _ELSEWHERE) as temporary:
+    def _camera_stem(self, number: int, frame: int | None = None) -> Path:
+        """Where a camera's picture lies, of the cache's first frame or of another one."""
+        place = self.folder / "cameras"
+        if frame is not None:
+            place = self.folder / "frames" / f"{frame:04d}"
+        return place / f"{number:04d}"
+
+    @contextmanager
+    def _written(
+        self, stem: Path, parts: Mapping[str, NDArray[Any]]
+    ) -> Iterator[tuple[Path, FileRecord]]:
+        """A temporary file with these parts, on the disk, which the block puts in its place."""
+        with temporary_beside(stem.with_suffix(".exr"), _ELSEWHERE) as temporary:
+            if self.folder.is_dir() and not stem.parent.is_dir():
+                stem.parent.mkdir(parents=True, exist_ok=True)
+                flush_folder(stem.parent.parent)
             _write_parts(temporary, parts)
-            return _file_record(temporary)
+            record = _file_record(temporary)
+            flush_file(temporary)
+            yield temporary, record
+
+
+def _parts_of(framebuffer: DeepFramebuffer) -> dict[str, NDArray[Any]]:
+    parts: dict[str, NDArray[Any]] = {}
+    for name, pixels in framebuffer.channels.items():
+        if CHANNEL_BY_NAME[name].field == "normal":
+            parts[name] = to_words(pixels)
+        else:
+            is_half = framebuffer.precision(name) == "half"
+            parts[name] = pixels.astype(np.float16) if is_half else pixels
+    return parts
+
+
+def _path(stem: Path, record: FileRecord) -> Path:
+    return stem.with_name(f"{stem.name}-{record.sha256[:8]}.exr")
+
+
+def _remove_earlier(stem: Path, earlier: FileRecord | None, record: FileRecord) -> None:
+    if earlier is not None and _path(stem, earlier) != _path(stem, record):
+        # What is open elsewhere cannot be removed on Windows; the next bake sweeps it.
+        with suppress(OSError):
+            _path(stem, earlier).unlink()
+
+
+def _is_older(path: Path, moment: float) -> bool:
+    """Whether a file was last changed before; not if another process has just renamed it."""
+    try:
+        return path.stat().st_mtime < moment
+    except FileNotFoundError:
+        return False
+
+
+def _is_intact(path: Path, record: FileRecord) -> bool:
+    try:
+        return _file_record(path) == record
+    except OSError:
+        return False
+
+
+def _unreadable(path: Path, error: OSError) -> InputError:
+    return InputError(f"{path} cannot be read: {error.strerror or error}; {_BAKE_AGAIN}")
 
 
 def _check(path: Path, record: FileRecord) -> None:
-    if not path.is_file():
-        raise InputError(f"{path} is missing; {_BAKE_AGAIN}")
-    if _file_record(path) != record:
+    try:
+        found = _file_record(path)
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise InputError(f"{path} is missing; {_BAKE_AGAIN}") from error
+    except OSError as error:
+        raise _unreadable(path, error) from error
+    if found != record:
         raise InputError(f"{path} is damaged or not the file that was baked; {_BAKE_AGAIN}")
 
 

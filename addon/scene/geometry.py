@@ -50,6 +50,8 @@ class SceneGeometry:
         material_names: Blender's full names, which tell the libraries that they come from.
         cutouts: alpha masks, at most one for a material.
         warnings: one sentence for each thing left out or approximated.
+        object_states: for each of `object_names` a digest of what its materials can read of it
+            beside its triangles; none for arrays that were not read from Blender.
     """
 
     vertices: NDArray[np.float64]
@@ -64,6 +66,7 @@ class SceneGeometry:
     uv: NDArray[np.float32] | None = None
     cutouts: tuple[Cutout, ...] = ()
     warnings: tuple[str, ...] = ()
+    object_states: tuple[bytes, ...] = ()
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -13,6 +13,7 @@ from ..errors import InputError
 from .cutout_reader import CutoutSource, read_cutout_source
 from .geometry import Cutout, SceneGeometry
 from .mesh_reader import MESH_TYPES, WEIGHT_NAME, MeshArrays, read_mesh
+from .surface_state_reader import instance_state
 
 # The name under which triangles without a material are kept.
 NO_MATERIAL = ""
@@ -61,6 +62,7 @@ class _Part:
     weight: float
     camera_visible: bool
     shadow_visible: bool
+    state: bytes
 
     def vertices(self) -> NDArray[np.float64]:
         """(V, 3) world space."""
@@ -142,6 +144,7 @@ class _Collector:
                 bool(evaluated.visible_camera and instancer.visible_camera)
                 and not instancer.indirect_only_get(view_layer=view_layer),
                 bool(evaluated.visible_shadow and instancer.visible_shadow),
+                mesh.state + instance_state(instance, evaluated, instancer, WEIGHT_NAME),
             )
         )
 
@@ -240,6 +243,7 @@ def _clean(collector: _Collector) -> SceneGeometry:
             if source is not None and source.uv_map is not None
         ),
         warnings=tuple(collector.warnings),
+        object_states=tuple(part.state for part in parts),
     )
 
 

@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .surface_state_reader import mesh_state
+
 # Object types whose evaluated form is, or can be turned into, a mesh.
 MESH_TYPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 
@@ -29,6 +31,7 @@ class MeshArrays:
         active_uv: the map that renders use, "" without one.
         weight: (T,) float32 in [0, 1], the mean over each triangle's corners of the vertex group
             or attribute WEIGHT_NAME; None without one.
+        state: digest of what its materials can read of it (`surface_state_reader`).
     """
 
     vertices: NDArray[np.float64]
@@ -37,6 +40,7 @@ class MeshArrays:
     uv: dict[str, NDArray[np.float32]]
     active_uv: str
     weight: NDArray[np.float32] | None = None
+    state: bytes = b""
 
 
 def read_mesh(evaluated: Any) -> MeshArrays | None:
@@ -68,7 +72,8 @@ def read_mesh(evaluated: Any) -> MeshArrays | None:
         corners = triangles.reshape(-1, 3)
         weight = _weight(evaluated, mesh, corners, loops.reshape(-1, 3))
         positions = vertices.reshape(-1, 3).astype(np.float64)
-        return MeshArrays(positions, corners, slot, uv, active, weight)
+        state = mesh_state(mesh, WEIGHT_NAME)
+        return MeshArrays(positions, corners, slot, uv, active, weight, state)
     finally:
         evaluated.to_mesh_clear()
 

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from addon.caching.bake_settings import BakeSettings, prepare_store
+from addon.caching.carry import Carrier
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.plan import ChannelPlan
 from addon.caching.store import CacheStore, Manifest
@@ -95,18 +96,26 @@ def test_a_whole_bake_begins_anew(begun: CacheStore) -> None:
     prepare_store(begun.folder, fewer, BakeSettings())
     assert finished(begun.folder) == set()
     # Nothing of the earlier cache is left for good.
-    names = sorted(path.name for path in (begun.folder / "cameras").iterdir())
-    assert names == ["0000.exr", "0001.exr"]
+    assert list((begun.folder / "cameras").iterdir()) == []
 
 
-@pytest.mark.parametrize("part", [BakeSettings(resume=True), BakeSettings(only=frozenset({1}))])
+RESUMED, PART = BakeSettings(resume=True), BakeSettings(only=frozenset({1}))
+OTHER_CHANNELS = replace(MANIFEST, plan=replace(PLAN, constants={}))
+
+
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    ("changed", "message", "part"),
     [
-        (replace(MANIFEST, settings={"preset": "final"}), "baked with the preset 'draft'"),
-        (replace(MANIFEST, cameras=MANIFEST.cameras[1:]), "other caching cameras"),
-        (replace(MANIFEST, plan=replace(PLAN, constants={})), "other channels"),
-        (replace(MANIFEST, fingerprint="changed scene"), "another scene"),
+        *(
+            (changed, message, part)
+            for changed, message in [
+                (replace(MANIFEST, settings={"preset": "final"}), "baked with the preset 'draft'"),
+                (replace(MANIFEST, cameras=MANIFEST.cameras[1:]), "other caching cameras"),
+                (replace(MANIFEST, fingerprint="changed scene"), "another scene"),
+            ]
+            for part in (RESUMED, PART)
+        ),
+        (OTHER_CHANNELS, "other channels", PART),
     ],
 )
 def test_unlike_bakes_are_not_mixed(
@@ -119,6 +128,14 @@ def test_unlike_bakes_are_not_mixed(
     # Pictures of the same cameras of the same scene are as good as new.
     same = part.resume and changed.cameras != MANIFEST.cameras
     assert finished(begun.folder) == ({1, 2, 3} if same else set())
+
+
+def test_other_channels_are_baked_again(begun: CacheStore) -> None:
+    carrier = Carrier()
+    prepare_store(begun.folder, OTHER_CHANNELS, RESUMED, carrier)
+    assert finished(begun.folder) == set()
+    (note,) = carrier.notes
+    assert "need other channels" in note
 
 
 def test_cameras_that_were_not_edited_are_kept(begun: CacheStore) -> None:

@@ -16,6 +16,7 @@ import pytest
 
 from addon.caching.channels import CHANNEL_BY_NAME
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.manifest_seal import sealed
 from addon.caching.plan import Approximation, ChannelPlan
 from addon.caching.store import SCHEMA_VERSION, CacheStore, Manifest
 from addon.camplace.camera import CachingCamera
@@ -117,8 +118,7 @@ def test_the_world_picture(cache: CacheStore) -> None:
     with pytest.raises(InputError, match="no picture of the world"):
         cache.read_world("sky")
     picture = np.random.default_rng(0).uniform(0, 9, (8, 16, 3)).astype(np.float32)
-    record = cache.write_world(picture)
-    cache.write_manifest(replace(cache.manifest, world=record, world_fingerprint="sky"))
+    cache.add_world(picture, "sky")
     assert (CacheStore.open(cache.folder).read_world("sky") == picture).all()
 
 
@@ -128,7 +128,7 @@ def test_a_truncated_file_is_named(cache: CacheStore, share: float) -> None:
     data = path.read_bytes()
     path.write_bytes(data[: int(share * len(data))])
     assert not cache.is_intact(7)
-    with pytest.raises(InputError, match=r"0007\.exr is damaged"):
+    with pytest.raises(InputError, match=r"0007-\w{8}\.exr is damaged"):
         cache.read_camera(7)
 
 
@@ -139,7 +139,7 @@ def test_a_flipped_bit_is_found(cache: CacheStore, share: float) -> None:
     data[int(share * len(data))] ^= 1
     path.write_bytes(data)
     assert not cache.is_intact(7)
-    with pytest.raises(InputError, match=r"0007\.exr is damaged"):
+    with pytest.raises(InputError, match=r"0007-\w{8}\.exr is damaged"):
         cache.read_camera(7)
 
 
@@ -151,7 +151,7 @@ def test_a_foreign_file_is_found(cache: CacheStore) -> None:
 
 def test_missing_and_unfinished_cameras(cache: CacheStore) -> None:
     cache.camera_path(7).unlink()
-    with pytest.raises(InputError, match=r"0007\.exr is missing"):
+    with pytest.raises(InputError, match=r"0007-\w{8}\.exr is missing"):
         cache.read_camera(7)
     for number in (3, 99):
         with pytest.raises(InputError, match=f"no finished camera {number}"):
@@ -160,7 +160,7 @@ def test_missing_and_unfinished_cameras(cache: CacheStore) -> None:
 
 def change_manifest(folder: Path, **changes: Any) -> None:
     path = folder / "manifest.json"
-    path.write_text(json.dumps({**json.loads(path.read_text()), **changes}))
+    path.write_text(json.dumps(sealed({**json.loads(path.read_text()), **changes})))
 
 
 @pytest.mark.parametrize(
@@ -215,15 +215,17 @@ def test_a_full_disk_leaves_the_old_state(
     assert not leftovers(cache.folder)
 
 
-def test_a_full_disk_while_pixels_are_written(cache: CacheStore) -> None:
+def test_a_full_disk_while_pixels_are_written(
+    cache: CacheStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """OpenEXR says only that it could not write; the message still names the disk."""
-    path = cache.camera_path(3)
     # What is written to the temporary name goes to a device that is always full.
-    path.with_name(f".{path.name}.{os.getpid()}.part").symlink_to("/dev/full")
+    monkeypatch.setattr("secrets.token_hex", lambda count: "token")
+    part = cache.folder / "cameras" / f".0003.exr.token.{os.getpid()}.part"
+    part.symlink_to("/dev/full")
     with pytest.raises(InputError, match=r"0003\.exr cannot be written: the disk is full"):
         cache.write_camera(framebuffer(3))
-    assert not path.exists()
-    assert not leftovers(cache.folder)
+    assert list((cache.folder / "cameras").iterdir()) == [cache.camera_path(7)]
 
 
 def test_a_folder_that_is_a_file(tmp_path: Path) -> None:

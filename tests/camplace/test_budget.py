@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from addon.caching.channels import CHANNELS
+from addon.caching.channels import CHANNEL_BY_NAME
+from addon.caching.framebuffer import DeepFramebuffer
 from addon.camplace.budget import Budget
+from addon.camplace.camera import CachingCamera
 from addon.camplace.place import ENOUGH, place_cameras
 from addon.camplace.placement import Placement
 from addon.camplace.settings import PlacementSettings
@@ -76,9 +78,18 @@ def test_megabytes_are_texels_of_a_stated_size() -> None:
     assert [c.to_json() for c in by_texels.cameras] == [c.to_json() for c in by_megabytes.cameras]
 
 
-def test_a_texel_is_as_large_as_all_channels() -> None:
-    size = {"half": 2, "float32": 4}
-    assert SMALL.bytes_per_texel == sum(c.components * size[c.precision] for c in CHANNELS)
+def test_a_texel_is_as_large_as_that_of_a_rich_scene() -> None:
+    """What a material with textures in all that is common takes on the disk before compression."""
+    rich = (
+        "depth", "material_id", "normal", "diffuse_color", "layer_f0", "layer_f90", "specular_f0",
+        "specular_f90", "roughness", "emission", "ambient_occlusion",
+    )  # fmt: skip
+    values = {
+        name: np.zeros((2, 2, CHANNEL_BY_NAME[name].components), dtype=np.float32) for name in rich
+    }
+    camera = CachingCamera(0, np.eye(4), 1.0, 0.1, 10.0, 2, "CUBE_FACE", 0)
+    raw = DeepFramebuffer(camera, values).raw_bytes / 4
+    assert SMALL.bytes_per_texel == pytest.approx(raw, rel=0.2)
 
 
 def test_the_tightest_of_several_budgets_holds() -> None:

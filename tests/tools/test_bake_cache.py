@@ -66,7 +66,17 @@ def test_bakes_in_parts_and_tells_its_progress(shot: tuple[Path, Path], tmp_path
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
     assert any(step.get("message") == "Baking camera 1 of 1" for step in steps)
-    assert last["result"]["baked"] == 1
+    result = last["result"]
+    assert result["baked"] == 1
+    assert set(result["seconds"]) == {
+        "prepare", "cycles", "read", "finish", "sight", "write",
+    }  # fmt: skip
+    assert all(0.0 <= seconds < 60.0 for seconds in result["seconds"].values())
+    assert result["seconds"]["cycles"] > 0.0
+    depth = result["channels"]["table"][0]
+    assert (depth["name"], depth["cameras_by_precision"]) == ("depth", {"float32": 1})
+    assert result["texels"] * result["bytes_per_texel"]["raw"] == result["raw_bytes"]
+    assert any(item["approximated"] for item in result["materials"] if item["name"] == "window")
 
     run = bake_cache(*words, "--resume")
     assert run.returncode == 0, run.stderr

@@ -16,6 +16,7 @@ import addon
 from addon import baking
 from addon.caching.bake import BakeSettings
 from addon.caching.edited_cameras import PLACEMENT_NAME
+from addon.caching.manifest_seal import sealed
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import to_json, write_cameras
@@ -92,7 +93,7 @@ def _nudge(cache: Path) -> None:
     manifest = json.loads((cache / "manifest.json").read_text())
     turned = manifest["cameras"][1]["world_from_camera"]
     turned[0][0] = float(np.nextafter(turned[0][0], 0.0))
-    (cache / "manifest.json").write_text(json.dumps(manifest))
+    (cache / "manifest.json").write_text(json.dumps(sealed(manifest)))
 
 
 def test_an_artists_own_camera_keeps_its_number(

@@ -63,11 +63,13 @@ def test_the_figures_are_those_of_the_cache(cache: Path, relume_here: Run) -> No
     assert [camera["id"] for camera in report["cameras"]] == [0, 2]
     assert report["unfinished"] == [1]
     assert report["texels"] == 2 * SIDE**2
-    # Depth takes four bytes, and ten other values two each (material, normal, colour, roughness).
-    assert report["raw_bytes"] == report["texels"] * (4 + 2 * (1 + 3 + 3 + 1))
+    # Depth and the normal take four bytes, five other values two each (material, colour,
+    # roughness).
+    assert report["raw_bytes"] == report["texels"] * (4 + 4 + 2 * (1 + 3 + 1))
     every = 4 * sum(channel.components for channel in CHANNELS)
     assert report["all_channels_bytes"] == report["texels"] * every
-    files = [(cache / "cameras" / f"{number:04d}.exr").stat().st_size for number in (0, 2)]
+    store = CacheStore.open(cache)
+    files = [store.camera_path(number).stat().st_size for number in (0, 2)]
     assert report["stored_bytes"] == sum(files)
     assert [camera["seen_share"] for camera in report["cameras"]] == [0.5, 0.5]
     assert report["constants"] == {"specular_f90": [1.0, 1.0, 1.0]}
@@ -110,13 +112,13 @@ def test_what_cannot_be_shown(
 
 
 def test_a_damaged_camera_is_named(cache: Path, relume_here: Run) -> None:
-    path = cache / "cameras" / "0002.exr"
+    path = CacheStore.open(cache).camera_path(2)
     data = bytearray(path.read_bytes())
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
     run = relume_here("inspect", cache)
     assert run.returncode == 2
-    assert "0002.exr" in run.stderr
+    assert path.name in run.stderr
 
 
 def _shown(name: str, values: list[list[float]]) -> tuple[np.ndarray, str]:

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from addon.caching.manifest_seal import sealed
 from tests.tools.conftest import Run
 from tests.tools.test_bad_input import assert_refused, save_scene, write
 from tests.tools.test_command_line import ROOT, relume
@@ -93,7 +94,7 @@ def test_notes_are_on_standard_error_also_with_json(
     copy = Path(shutil.copytree(cache, tmp_path / "cache"))
     manifest = json.loads((copy / "manifest.json").read_text())
     manifest["plan"]["approximations"] = [{"material": "Paint", "effect": "no sheen"}]
-    write(copy / "manifest.json", manifest)
+    write(copy / "manifest.json", sealed(manifest))
     words = small("relight", scene, "--cache", copy, "--out", tmp_path / "a.png")
     for json_word in ((), ("--json",)):
         run = relume_here(*words, *json_word)
@@ -187,7 +188,7 @@ def spoil(cache: Path, how: str) -> None:
     elif how == "older schema":
         manifest.write_text(json.dumps(data | {"version": 0}))
     else:
-        manifest.write_text(json.dumps(data | {"fingerprint": "0" * 64}))
+        manifest.write_text(json.dumps(sealed(data | {"fingerprint": "0" * 64})))
 
 
 @pytest.mark.parametrize(

@@ -61,9 +61,10 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
     seconds = sum(report["seconds"].values())
+    channels = report["channels"]["stored"]["channels"]
     return (
         f"{report['cache']}: {report['baked']} of {report['cameras']} cameras baked, "
         f"{report['kept']} kept, {report['texels'] / 1e6:.1f} million texels of "
-        f"{len(report['channels'])} channels, {report['stored_bytes'] / 1e6:.0f} MB, "
+        f"{channels} channels, {report['stored_bytes'] / 1e6:.0f} MB, "
         f"{seconds:.1f} s"
     )

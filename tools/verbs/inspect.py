@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from addon.bake_arguments import camera_numbers
-from addon.caching.channels import CHANNEL_BY_NAME, CHANNELS
+from addon.caching.channels import CHANNEL_BY_NAME
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.plan_report import float32_bytes
 from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.progress import Progress
@@ -22,8 +23,6 @@ HELP = "Say what CACHE holds, and draw every channel of every caching camera on 
 
 # Pixels of one picture on the sheet: a dozen beside each other still fit a large screen.
 COLUMN = 180
-# Bytes of a texel if every channel of the table were stored in float32.
-ALL_BYTES = 4 * sum(channel.components for channel in CHANNELS)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -72,10 +71,13 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "texels": texels,
         "channels": list(plan.stored),
         "constants": {name: list(value) for name, value in plan.constants.items()},
+        "material_constants": sorted(plan.material_constants),
+        "same": dict(plan.same),
+        "lobes": plan.lobes,
         "materials": list(plan.material_names),
         "raw_bytes": raw,
         "stored_bytes": stored,
-        "all_channels_bytes": texels * ALL_BYTES,
+        "all_channels_bytes": texels * float32_bytes(plan),
         "written": written,
         "warnings": [str(item) for item in plan.approximations],
     }

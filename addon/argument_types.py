@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+# Blender's MAXFRAME; its own first frame is the negative of it.
+LAST_FRAME = 1_048_574
+
 
 def count(text: str) -> int:
     """A whole number of at least 0."""

@@ -4,8 +4,10 @@
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 
+from .argument_types import LAST_FRAME
 from .caching.presets import DEFAULT_PRESET
 from .place_arguments import add_shot
 from .preset_argument import add_preset
@@ -32,8 +34,15 @@ def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
         "--cameras", type=camera_numbers, metavar="0-7", help="bake these alone (default: all)"
     )
     parser.add_argument(
-        "--resume", action="store_true", help="keep what an earlier bake has finished"
-    )
+        "--frames", type=frame_numbers, default=(), metavar="1-24",
+        help="bake these frames: the first one whole, of the others what changes (default: the "
+        "current frame alone)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--resume", action="store_true",
+        help="keep what an earlier bake has finished; where the scene changed since, the cameras "
+        "that see nothing of it",
+    )  # fmt: skip
     parser.add_argument(
         "--overwrite", action="store_true",
         help="replace another scene's cache in the folder; with --resume, also one of other "
@@ -44,6 +53,26 @@ def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
 def add_cache(parser: argparse.ArgumentParser) -> None:
     """The cache folder."""
     parser.add_argument("--cache", type=Path, metavar="DIR", required=True, help="the cache folder")
+
+
+def frame_numbers(text: str) -> tuple[int, ...]:
+    """Frames and ranges of them, such as 1-24,30, in ascending order.
+
+    Raises:
+        argparse.ArgumentTypeError: it is anything else, or Blender has no such frame.
+    """
+    found: set[int] = set()
+    for part in text.split(","):
+        match = re.fullmatch(r"(-?\d+)(?:-(-?\d+))?", part.strip())
+        if match is None:
+            raise argparse.ArgumentTypeError(f"'{text}' is not like 1-24 or 1,5,10-20")
+        ends = int(match[1]), int(match[2] or match[1])
+        if max(abs(end) for end in ends) > LAST_FRAME:
+            raise argparse.ArgumentTypeError(f"there are frames to {LAST_FRAME:,} only: '{text}'")
+        if ends[1] < ends[0]:
+            raise argparse.ArgumentTypeError(f"'{part.strip()}' ends before it begins")
+        found.update(range(ends[0], ends[1] + 1))
+    return tuple(sorted(found))
 
 
 def camera_numbers(text: str) -> frozenset[int]:

@@ -13,16 +13,19 @@ from .caching.bake import BakeReport, BakeSettings, bake_scene
 from .caching.bake_settings import earlier_cache
 from .caching.edited_cameras import PLACEMENT_NAME, edited_cameras
 from .caching.fingerprint import read_state
+from .caching.frames import own_frame
 from .caching.presets import PRESETS
-from .caching.store import CacheStore
+from .caching.store import CacheStore, Manifest
 from .camplace.camera import CachingCamera
 from .camplace.cameras_file import read_cameras
 from .camplace.place import place_cameras
 from .camplace.settings import PlacementSettings
+from .errors import InputError
 from .progress import Progress, part_of
 from .scene.caching_collection_reader import caching_collection, caching_objects
-from .scene.depsgraph_reader import viewport_depsgraph
+from .scene.depsgraph_reader import viewport_depsgraph, with_render_depsgraph
 from .scene.geometry import SceneGeometry
+from .scene.geometry_reader import read_geometry
 from .scene.shot import ALL_CAMERAS, ShotChoice, describe_shot
 from .scene.shot_reader import read_shot
 from .writable import require_folder
@@ -66,12 +69,46 @@ class Baking:
         """
         # Asked before the minutes that placing may take.
         require_folder(self.cache)
+        first = self._first_frame()
+        if first == self.scene.frame_current:
+            return self._run(cameras, progress)
+        with own_frame(self.scene):
+            self.scene.frame_set(first)
+            geometry = with_render_depsgraph(self.scene, read_geometry)
+            return replace(self, geometry=geometry).run(cameras, progress)
+
+    @property
+    def _goes_on(self) -> bool:
+        """Whether an earlier cache is gone on with."""
+        return self.settings.resume or self.settings.only is not None
+
+    def _first_frame(self) -> int:
+        """The frame that is baked whole.
+
+        A cache of several frames keeps its first one, whatever the scene's current frame is: what
+        is baked at the others is told from that.
+        """
+        frames = self.settings.frames
+        earlier = self._earlier_manifest() if self._goes_on else None
+        if earlier is not None and (frames or earlier.frames):
+            if not frames and earlier.frame != self.scene.frame_current:
+                self.say(f"the cache's first frame, {earlier.frame}, is baked")
+            return earlier.frame
+        return frames[0] if frames else int(self.scene.frame_current)
+
+    def _earlier_manifest(self) -> Manifest | None:
+        try:
+            return CacheStore.open(self.cache).manifest
+        except InputError:  # earlier_cache says so
+            return None
+
+    def _run(self, cameras: Sequence[CachingCamera], progress: Progress) -> BakeReport:
+        """Bake at the scene's current frame, at which the geometry was read."""
         state = read_state(self.geometry, int(self.scene.frame_current))
         earlier = earlier_cache(self.cache, state.surfaces, state.fingerprint, self.settings)
-        goes_on = self.settings.resume or self.settings.only is not None
         if not cameras and not self.anew:
             cameras = self._shown(earlier, progress)
-        if not cameras and goes_on and earlier is not None:
+        if not cameras and self._goes_on and earlier is not None:
             cameras = earlier.manifest.cameras
         seconds = {}
         if not cameras:

@@ -40,7 +40,7 @@ def _bake(args: argparse.Namespace, progress: Progress) -> BakeReport:
     geometry = with_render_depsgraph(scene, read_geometry)
     for warning in geometry.warnings:
         sys.stderr.write(f"relume: {warning}\n")
-    settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite)
+    settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite, args.frames)
     baking = Baking(
         scene,
         geometry,
@@ -51,6 +51,6 @@ def _bake(args: argparse.Namespace, progress: Progress) -> BakeReport:
         say=lambda sentence: print(f"relume: {sentence}", file=sys.stderr, flush=True),
     )
     report = baking.run(cameras, progress)
-    for line in report.approximations:
+    for line in (*report.notes, *report.approximations):
         sys.stderr.write(f"relume: {line}\n")
     return report

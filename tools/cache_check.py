@@ -23,6 +23,10 @@ def cached_preset(cache: Path) -> Preset | None:
     return cast("Preset", CacheStore.open(cache).manifest.settings.get("preset"))
 
 
-def check_cache(geometry: SceneGeometry, cache: Path) -> None:
-    """Raises InputError when the folder is no cache of the open scene as it is now."""
-    CacheStore.open(cache).check_fingerprint(scene_fingerprint(geometry))
+def check_cache(geometry: SceneGeometry, cache: Path, frame: int) -> CacheStore:
+    """The cache of the open scene as it is now, at this frame.
+
+    Raises:
+        InputError: the folder is no cache of it, or does not hold this frame.
+    """
+    return CacheStore.open(cache).showing(scene_fingerprint(geometry, frame), frame)

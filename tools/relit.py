@@ -27,12 +27,14 @@ class SceneArrays:
         lights: what is lit.
         world: None when it is black.
         warnings: one sentence for each thing left out or approximated.
+        frame: at which it was read.
     """
 
     geometry: SceneGeometry
     lights: tuple[Light, ...]
     world: World | None
     warnings: tuple[str, ...]
+    frame: int
 
 
 def read_scene(scene: Any) -> SceneArrays:
@@ -51,7 +53,7 @@ def read_scene(scene: Any) -> SceneArrays:
         lights = tuple(read_lights(depsgraph))
         warnings = [*geometry.warnings, *(w for light in lights for w in light.warnings)]
         warnings += [] if world is None else world.warnings
-        return SceneArrays(geometry, lights, world, tuple(warnings))
+        return SceneArrays(geometry, lights, world, tuple(warnings), int(scene.frame_current))
 
     return with_render_depsgraph(scene, read)
 
@@ -110,18 +112,17 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
         samples: of a finished picture's pixel.
 
     Raises:
-        InputError: there is no such cache, it is damaged, or it was baked from another scene;
-            or there is no driver to draw with.
+        InputError: there is no such cache, it is damaged, it was baked from another scene or not
+            at this frame; or there is no driver to draw with.
     """
-    from addon.caching.store import CacheStore
     from addon.relight.session import RelightSession
 
     from .cache_check import check_cache
     from .gpu_context import open_gpu
 
-    check_cache(arrays.geometry, cache)
+    store = check_cache(arrays.geometry, cache, arrays.frame)
     open_gpu()
-    session = RelightSession(arrays.geometry, CacheStore.open(cache), samples)
+    session = RelightSession(arrays.geometry, store, samples)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     return session

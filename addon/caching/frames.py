@@ -90,7 +90,7 @@ class FramesBake:
         looked = _Looked(first, held, frozenset(manifest.cut_out))
         frames = [frame for frame in frames if frame != first.frame]
         told: dict[int, list[int]] = {}
-        with _own_frame(self.scene):
+        with own_frame(self.scene):
             for index, frame in enumerate(frames):
                 step = part_of(progress, index / len(frames), (index + 1) / len(frames))
                 step(0.0, f"Looking at frame {frame}")
@@ -100,21 +100,26 @@ class FramesBake:
 
     def _look(self, frame: int) -> SceneState:
         self.scene.frame_set(frame)
-        return read_state(with_render_depsgraph(self.scene, read_geometry), frame)
+        with without_new_pictures():
+            geometry = with_render_depsgraph(self.scene, read_geometry)
+        return read_state(geometry, frame)
 
     def _bake(
         self, before: _Looked, now: SceneState, baked: Baked, progress: Progress
     ) -> tuple[_Looked, list[int]]:
         """Bake what changed since the frame before."""
         known = self._known(now)
-        if now.fingerprint == before.state.fingerprint:
-            plan = self._view(before.state.frame).plan
+        earlier = self._view(before.state.frame)
+        # Another process may have begun this frame, and numbered materials otherwise.
+        begun = self._begun(now) or earlier
+        plan = earlier.plan
+        if now.fingerprint == before.state.fingerprint and begun.plan == plan:
             self._set(now, plan, {**self._of_ours(before.held), **known})
             return _Looked(now, self._held(now), before.cut_out), []
         wanted = {camera.id for camera in self.cameras}
         if wanted <= known.keys():
             return _Looked(now, known, None), []
-        with self._specialized(now) as bake:
+        with self._specialized(begun, now) as bake:
             cut_out = frozenset(m.name for m in bake.materials if m.is_cut_out)
             todo, shared = self._divided(before, now, bake, cut_out, known)
             self._set(now, bake.plan, {**shared, **known})
@@ -169,13 +174,19 @@ class FramesBake:
                 todo.append(camera)
         return todo, shared
 
+    def _begun(self, now: SceneState) -> CacheStore | None:
+        """The cache at a frame that is begun already, in the state that it is in now."""
+        state = self.store.manifest.frames.get(now.frame)
+        if state is None or state.fingerprint != now.fingerprint:
+            return None
+        return self.store.at_frame(now.frame)
+
     def _known(self, now: SceneState) -> dict[int, str]:
         """What the cache holds of this frame already and need not be baked again."""
-        state = self.store.manifest.frames.get(now.frame)
-        if not self.resume or state is None or state.fingerprint != now.fingerprint:
+        view = self._begun(now)
+        if not self.resume or view is None:
             return {}
-        view = self.store.at_frame(now.frame)
-        return {number: name for number, name in state.held.items() if view.is_intact(number)}
+        return {n: name for n, name in self._held(now).items() if view.is_intact(n)}
 
     def _of_ours(self, held: Mapping[int, str]) -> dict[int, str]:
         ours = {camera.id for camera in self.cameras}
@@ -195,8 +206,9 @@ class FramesBake:
         self.store.set_frame(now.frame, state)
 
     @contextmanager
-    def _specialized(self, now: SceneState) -> Iterator[CamerasBake]:
-        names = numbered_materials(self.store, now.geometry.material_names)
+    def _specialized(self, begun: CacheStore, now: SceneState) -> Iterator[CamerasBake]:
+        """`begun` numbers the materials that it has."""
+        names = numbered_materials(begun, now.geometry.material_names)
         with (
             without_new_pictures(),
             local_stand_ins(),
@@ -218,7 +230,7 @@ class FramesBake:
 
 
 @contextmanager
-def _own_frame(scene: Any) -> Iterator[None]:
+def own_frame(scene: Any) -> Iterator[None]:
     """The scene at its own frame again when the block ends."""
     frame, part = scene.frame_current, scene.frame_subframe
     try:

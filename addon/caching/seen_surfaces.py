@@ -3,17 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..camplace.frame import LocalFrame
-from ..camplace.rays import RayCaster
+from ..camplace.parallel import in_parts
 from ..scene.geometry import SceneGeometry
 from .framebuffer import DeepFramebuffer
 from .plan import ChannelPlan
@@ -27,6 +29,12 @@ _NEAR = 1e-3
 _FAR = 0.05
 # Rays start in float32: the window is at least this many of its spacings at the eye.
 _SPACINGS = 64.0
+# Every n-th texel along both axes is looked at from behind too.
+_COARSE = 4
+# Farther than any scene, in units of a way.
+_ENDLESS = np.float32(1e30)
+# Texels that one thread works on at a time: their arrays stay in a processor's cache.
+_CHUNK = 8192
 # Edges that the bake met and a ray at the texel's centre does not, in texels from it.
 _JITTER = 0.05
 
@@ -76,10 +84,8 @@ class SurfaceSight:
         return LocalFrame.of(self._geometry, (), None)
 
     @cached_property
-    def _caster(self) -> RayCaster:
-        # The baked depth tells what a cut-out lets through: to rays its triangles are whole.
-        whole = replace(self._geometry, cutouts=(), uv=None)
-        return RayCaster(self._frame.geometry_from_world(whole))
+    def _surfaces(self) -> _Surfaces:
+        return _Surfaces(self._frame.geometry_from_world(self._geometry))
 
     def seen(self, framebuffer: DeepFramebuffer, plan: ChannelPlan) -> Seen:
         """What a picture shows that was baked from this state.
@@ -87,16 +93,16 @@ class SurfaceSight:
         Exact but for surfaces that lie in one another's plane and share a material, of which
         the picture shows either.
         """
-        depth = framebuffer.channels["depth"][..., 0].astype(np.float64)
+        depth = framebuffer.channels["depth"][..., 0]
         row, column = np.nonzero(depth > 0.0)
         if not row.size:
             return Seen()
-        triangles, missed = self._met(framebuffer.camera, row, column, depth[row, column])
+        triangles, is_complete = self._met(framebuffer.camera, row, column, depth[row, column])
         objects = np.unique(self._geometry.object_id[triangles])
         return Seen(
             frozenset(self._states[index].digest for index in objects),
             self._materials(framebuffer, plan, triangles),
-            is_complete=not missed,
+            is_complete,
         )
 
     def _materials(
@@ -106,65 +112,129 @@ class SurfaceSight:
         ids = framebuffer.channels.get("material_id")
         if ids is None:
             return frozenset(names[i] for i in np.unique(self._geometry.material_id[triangles]))
-        numbers = np.unique(np.rint(ids).astype(np.int64))
-        return frozenset(plan.material_names[number - 1] for number in numbers if number > 0)
+        counts = np.bincount(np.rint(ids).astype(np.int64).ravel())
+        return frozenset(plan.material_names[n - 1] for n in np.flatnonzero(counts) if n > 0)
 
     def _met(
         self,
         camera: CachingCamera,
         row: NDArray[np.int64],
         column: NDArray[np.int64],
-        depth: NDArray[np.float64],
+        depth: NDArray[np.float32],
     ) -> tuple[NDArray[np.int64], bool]:
-        """The triangles at texels' depths, and whether there are texels without any."""
+        """The triangles at texels' depths, and whether they explain all of them."""
+        surfaces = self._surfaces
         local = self._frame.camera_from_world(camera)
-        depth = depth / self._frame.unit
-        uv = (np.stack([column, row], axis=-1) + 0.5) / camera.resolution
-        found, missed = self._around(local, uv, depth, _NEAR)
-        met = [found]
-        uv, depth = uv[missed], depth[missed]
+        depth = depth / np.float32(self._frame.unit)
+        met = np.zeros(len(self._geometry), dtype=np.bool_)
+        missed = surfaces.around(met, local, _Texels(column, row, depth), _NEAR)
+        # What lies in or right behind the plane of another surface is found from behind.
+        some = (row % _COARSE == 0) & (column % _COARSE == 0)
+        coarse = _Texels(column[some], row[some], depth[some])
+        surfaces.around(met, local, coarse, _NEAR, from_behind=True)
+        rest = _Texels(column, row, depth).chosen(missed)
         for shift in ((0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)):
-            if not uv.size:
-                break
-            moved = uv + np.array(shift) * (_JITTER / camera.resolution)
-            found, missed = self._around(local, moved, depth, _FAR)
-            met.append(found)
-            uv, depth = uv[missed], depth[missed]
-        if uv.size:
-            # Adaptive displacement moves surfaces away from their triangles: those in the way.
-            first, missed = self._first(local, uv)
-            met.append(first)
-            uv = uv[missed]
-        return np.unique(np.concatenate(met)), bool(uv.size)
+            moved = rest.moved(_JITTER * shift[0], _JITTER * shift[1])
+            rest = rest.chosen(surfaces.around(met, local, moved, _FAR))
+        # Adaptive displacement moves surfaces away from their triangles: those in the way.
+        rest = rest.chosen(surfaces.in_the_way(met, local, rest))
+        return np.flatnonzero(met), not len(rest)
 
-    def _around(
+
+@dataclass(frozen=True)
+class _Texels:
+    """Places of a picture: (N,) column and row, counted in texels, and depth."""
+
+    column: NDArray[Any]
+    row: NDArray[Any]
+    depth: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.depth)
+
+    def chosen(self, which: NDArray[np.bool_]) -> _Texels:
+        return _Texels(self.column[which], self.row[which], self.depth[which])
+
+    def moved(self, x: float, y: float) -> _Texels:
+        return _Texels(self.column + x, self.row + y, self.depth)
+
+
+class _Surfaces:
+    """Triangles that cameras see, near the origin, for rays that end at baked depths.
+
+    A baked depth tells what a cut-out lets through: here its triangles are whole. Rays are given
+    as ways, not of unit length: a surface at the way's end is met at 1.
+    """
+
+    def __init__(self, geometry: SceneGeometry) -> None:
+        self._index = np.flatnonzero(geometry.camera_visible)
+        self._scene = EmbreeScene(robust=True)
+        if self._index.size:
+            triangles = geometry.triangles[self._index]
+            TriangleMesh(self._scene, geometry.vertices.astype(np.float32), triangles)
+            # The first query builds the tree, which must not happen in two threads at once.
+            self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
+
+    def around(
         self,
+        met: NDArray[np.bool_],
         camera: CachingCamera,
-        uv: NDArray[np.float64],
-        depth: NDArray[np.float64],
+        texels: _Texels,
         share: float,
-    ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """The triangles within a share of some depths, from both sides, and where none is."""
-        place = camera.unproject(np.concatenate([uv, depth[:, None]], axis=-1))
-        way = place - camera.origin
-        distance = np.linalg.norm(way, axis=-1)
-        direction = way / distance[:, None]
-        reach = np.maximum(np.abs(place).max(axis=-1), np.abs(camera.origin).max())
-        window = np.maximum(share * distance, _SPACINGS * np.finfo(np.float32).eps * reach)
-        before = place - window[:, None] * direction
-        behind = place + window[:, None] * direction
-        front = self._caster.first_hit(before, direction, 2.0 * window).triangle
-        back = self._caster.first_hit(behind, -direction, 2.0 * window).triangle
-        both = np.unique(np.concatenate([front, back]))
-        return both[both >= 0], (front < 0) & (back < 0)
+        *,
+        from_behind: bool = False,
+    ) -> NDArray[np.bool_]:
+        """Mark in `met` (T,) the first triangles within a share of the texels' depths; gives
+        where (N,) there is none."""
+        reach = float(np.abs(camera.origin).max())
 
-    def _first(
-        self, camera: CachingCamera, uv: NDArray[np.float64]
-    ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-        """The first triangles on the way through (N, 2) places of the picture, and where none."""
-        place = camera.unproject(np.concatenate([uv, np.ones((len(uv), 1))], axis=-1))
-        way = place - camera.origin
-        direction = way / np.linalg.norm(way, axis=-1)[:, None]
-        origin = np.broadcast_to(camera.origin, direction.shape)
-        hit = self._caster.first_hit(origin, direction).triangle
-        return np.unique(hit[hit >= 0]), hit < 0
+        def window(way: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+            size = np.abs(way).max(axis=-1)
+            least = _SPACINGS * np.finfo(np.float32).eps * (reach + size) / size
+            half = np.maximum(share, least).astype(np.float32)
+            start = 1.0 + half if from_behind else 1.0 - half
+            return np.asarray(start, dtype=np.float32), 2.0 * half
+
+        return self._cast(met, camera, texels, window, -1.0 if from_behind else 1.0)
+
+    def in_the_way(
+        self, met: NDArray[np.bool_], camera: CachingCamera, texels: _Texels
+    ) -> NDArray[np.bool_]:
+        """As `around`, of the first triangles on the whole way from the camera."""
+
+        def window(way: NDArray[np.float32]) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+            return np.zeros(len(way), np.float32), np.full(len(way), _ENDLESS)
+
+        return self._cast(met, camera, texels, window, 1.0)
+
+    def _cast(
+        self,
+        met: NDArray[np.bool_],
+        camera: CachingCamera,
+        texels: _Texels,
+        window: Callable[[NDArray[np.float32]], tuple[NDArray[np.float32], NDArray[np.float32]]],
+        sign: float,
+    ) -> NDArray[np.bool_]:
+        missed = np.ones(len(texels), dtype=np.bool_)
+        if not self._index.size:
+            return missed
+        x, y, z = camera.world_from_camera[:3, :3].T.astype(np.float32)
+        origin = camera.origin.astype(np.float32)
+        scale = np.float32(2.0 * camera.half_extent / camera.resolution)
+        middle = np.float32(0.5 * camera.resolution - 0.5)
+
+        def ask(chunk: slice) -> None:
+            depth = texels.depth[chunk]
+            right = (texels.column[chunk].astype(np.float32) - middle) * scale * depth
+            up = (texels.row[chunk].astype(np.float32) - middle) * scale * depth
+            way = right[:, None] * x + up[:, None] * y - depth[:, None] * z
+            start, end = window(way)
+            hit = self._scene.run(
+                origin + start[:, None] * way, np.float32(sign) * way, dists=end, query="INTERSECT"
+            )
+            there = hit >= 0
+            missed[chunk] = ~there
+            met[self._index[hit[there]]] = True
+
+        in_parts(ask, len(texels), _CHUNK)
+        return missed

@@ -6,11 +6,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from addon.argument_types import positive
+from addon.argument_types import LAST_FRAME, positive
 from addon.sampling import PICTURE_SAMPLES
-
-# Blender's MAXFRAME; its own first frame is the negative of it.
-LAST_FRAME = 1_048_574
 
 
 def add_scene(parser: argparse.ArgumentParser) -> None:

@@ -41,7 +41,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     scene = open_scene(args.scene)
     progress(0.02, "reading the scene")
     arrays = read_scene(scene)
-    settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite)
+    settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite, args.frames)
     step = part_of(progress, 0.05, 1.0)
     said: list[str] = []
     baking = Baking(
@@ -54,17 +54,21 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         say=said.append,
     )
     report = baking.run(cameras, step)
-    warnings = [*arrays.warnings, *said, *report.approximations]
+    warnings = [*arrays.warnings, *said, *report.notes, *report.approximations]
     return {"cache": str(args.cache), **report.to_json(), "warnings": warnings}
 
 
 def describe(report: dict[str, Any]) -> str:
     """The result for a person."""
     seconds = sum(report["seconds"].values())
+    frames = ""
+    if report["frames"]:
+        pictures = sum(len(cameras) for cameras in report["frames"].values())
+        frames = f"{len(report['frames'])} more frames with {pictures} pictures of their own, "
     channels = report["channels"]["stored"]["channels"]
     return (
         f"{report['cache']}: {report['baked']} of {report['cameras']} cameras baked, "
-        f"{report['kept']} kept, {report['texels'] / 1e6:.1f} million texels of "
+        f"{report['kept']} kept, {frames}{report['texels'] / 1e6:.1f} million texels of "
         f"{channels} channels, {report['stored_bytes'] / 1e6:.0f} MB, "
         f"{seconds:.1f} s"
     )

@@ -78,7 +78,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         shown = read_views(scene, wanted, args.size)
     require_light(scene, arrays)
     cached = cached_preset(cache)
-    settings = BakeSettings(preset=args.preset or cached or DEFAULT_PRESET, resume=True)
+    frames = () if args.frame is None else (args.frame,)
+    settings = BakeSettings(args.preset or cached or DEFAULT_PRESET, resume=True, frames=frames)
     # A cache is evaluated as it was baked, whatever cameras the scene shows by now.
     said: list[str] = []
     baking = Baking(
@@ -111,7 +112,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "cache": str(cache),
         "triangles": len(arrays.geometry),
         "bake": baked.to_json(),
-        "warnings": [*arrays.warnings, *said, *baked.approximations],
+        "warnings": [*arrays.warnings, *said, *baked.notes, *baked.approximations],
         "views": [view.report for view in views],
         "contact_sheet": str(sheet),
     }

@@ -26,14 +26,22 @@ def scene_fingerprint(geometry: SceneGeometry, frame: int | None = None) -> str:
     return read_state(geometry, frame).fingerprint
 
 
-def read_state(geometry: SceneGeometry, frame: int | None = None) -> SceneState:
+def read_state(
+    geometry: SceneGeometry, frame: int | None = None, depsgraph: Any = None
+) -> SceneState:
     """The states of the open file's objects and of the materials that they use.
 
-    Materials are read as the current frame has them. `frame` as in `scene_fingerprint`.
+    Args:
+        geometry: as it was read.
+        frame: as in `scene_fingerprint`.
+        depsgraph: at whose frame materials are read; None for the open scene's own.
     """
     if frame is None:
         frame = int(bpy.context.scene.frame_current)
-    materials = {material.name_full: material for material in bpy.data.materials}
+    materials = {
+        material.name_full: material if depsgraph is None else material.evaluated_get(depsgraph)
+        for material in bpy.data.materials
+    }
     states = object_states(geometry)
     surfaces = Surfaces(
         {state.digest: state for state in states},

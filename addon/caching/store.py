@@ -272,15 +272,10 @@ class CacheStore:
             InputError: nothing in the cache was baked from a scene that was like this.
         """
         manifest = self.manifest
-        if fingerprint == manifest.fingerprint:
-            return self
-        at_frame = manifest.frames.get(frame)
-        if at_frame is not None and at_frame.fingerprint == fingerprint:
-            return self.at_frame(frame)
-        for number, state in manifest.frames.items():
-            if state.fingerprint == fingerprint:
-                return self.at_frame(number)
-        if manifest.frames and at_frame is None and frame != manifest.frame:
+        found = self.matching(fingerprint, frame)
+        if found is not None:
+            return found
+        if manifest.frames and frame not in manifest.frames and frame != manifest.frame:
             baked = frame_ranges((manifest.frame, *manifest.frames))
             raise InputError(
                 f"{self.folder} does not hold frame {frame}, in which other objects or materials "
@@ -288,6 +283,17 @@ class CacheStore:
             )
         self.check_fingerprint(fingerprint)
         return self
+
+    def matching(self, fingerprint: str, frame: int) -> CacheStore | None:
+        """As `showing`, but None where that raises."""
+        manifest = self.manifest
+        if fingerprint == manifest.fingerprint:
+            return self
+        # Another frame that is alike may have another world.
+        for number in sorted(manifest.frames, key=lambda number: number != frame):
+            if manifest.frames[number].fingerprint == fingerprint:
+                return self.at_frame(number)
+        return None
 
     def at_frame(self, frame: int) -> CacheStore:
         """The cache as it is at a frame that it holds beside its first: for reading only.

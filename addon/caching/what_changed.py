@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -67,6 +67,16 @@ class Changes:
         """What changed, as it is told: object 'Chair', material 'Wood'."""
         objects = {_object(state.name) for state in (*self.gone, *self.come)}
         return (*sorted(objects), *sorted(map(_material, self.materials)))
+
+
+def surely_stale(earlier: Surfaces, now: Surfaces, seen: Mapping[int, Seen]) -> int:
+    """How many pictures show an object or a material as it no longer is: a quick look, which
+    leaves out those before which something new came."""
+    changes = Changes.between(earlier, now)
+    gone = {state.digest for state in changes.gone}
+    return sum(
+        bool(shown.objects & gone or shown.materials & changes.materials) for shown in seen.values()
+    )
 
 
 class ChangesInSight:

@@ -33,6 +33,8 @@ from .camera_watch import redraw
 TIMER_S = 0.2
 # Where the progress and the picture show.
 _SHOWING = {"PROPERTIES", "VIEW_3D"}
+# Objects and materials that a message names; one line has no room for more.
+MOST_NAMED = 3
 
 
 def _why_not(context: Any) -> str:
@@ -237,7 +239,8 @@ class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
     bl_label = "Bake"
     bl_description = (
         "Have Cycles bake the caching cameras that Place put, in the background; without any they "
-        "are placed first. Cameras that are baked already and current are kept"
+        "are placed first. Cameras that are baked already, and see nothing that changed since, are "
+        "kept"
     )
     bl_options = {"REGISTER"}
 
@@ -256,6 +259,9 @@ class RELUME_OT_bake(_JobOperator, bpy.types.Operator):
         message = f"Baked {result.get('baked', 0)} cameras into {cache_folder(scene)}"
         if result.get("kept"):
             message += f", kept {result['kept']}"
+        if changed := result.get("changed"):
+            more = f" and {len(changed) - MOST_NAMED} more" if len(changed) > MOST_NAMED else ""
+            message += f"; changed: {', '.join(changed[:MOST_NAMED])}{more}"
         if result.get("approximations"):
             message += f"; {len(result['approximations'])} approximations, listed in the panel"
         return message

@@ -6,8 +6,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from ..caching.fingerprint import scene_fingerprint
+from ..caching.fingerprint import read_state
+from ..caching.scene_state import SceneState
 from ..caching.store import CacheStore
+from ..caching.what_changed import surely_stale
 from ..relight.session import RelightSession
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_reader import read_lights
@@ -28,6 +30,7 @@ class SceneSession:
     Attributes:
         session: the session itself.
         stamp: the cache's `cache_stamp` when it was opened.
+        is_left: the scene came to a frame that the cache holds, but this session does not show.
     """
 
     def __init__(self, depsgraph: Any, samples: int) -> None:
@@ -42,13 +45,16 @@ class SceneSession:
         """
         self._folder = cache_folder(depsgraph.scene)
         self.stamp = cache_stamp(self._folder)
-        store = CacheStore.open(self._folder)
-        self._manifest = store.manifest
-        self._stale: dict[str, bool] = {}
+        self.is_left = False
+        self._cache = CacheStore.open(self._folder)
+        self._stale: dict[str, str] = {}
         self._geometry = read_geometry(depsgraph)
+        state = self._state(depsgraph)
+        store = self._cache.matching(state.fingerprint, state.frame) or self._cache
+        self._manifest = store.manifest
         self.session = RelightSession(self._geometry, store, samples)
         self._warnings = {"geometry": self._geometry.warnings}
-        self._check()
+        self._check(state)
         self.update(depsgraph, SceneChanges(lights=True, world=True))
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:
@@ -58,7 +64,7 @@ class SceneSession:
             self.session.set_geometry(self._geometry)
             self._warnings["geometry"] = self._geometry.warnings
         if changes.geometry or changes.materials:
-            self._check()
+            self._check(self._state(depsgraph))
         if changes.lights:
             lights = read_lights(depsgraph)
             self.session.set_lights(lights)
@@ -74,20 +80,34 @@ class SceneSession:
             # While an artist edits the world, the picture goes on with the one that was baked.
             world = replace(world, fingerprint=baked)
         self.session.set_world(world)
-        self._note(STALE_WORLD, changed)
+        self._note("world", STALE_WORLD if changed else "")
 
-    def _check(self) -> None:
-        changed = scene_fingerprint(self._geometry) != self._manifest.fingerprint
-        self._note(STALE_SURFACES, changed)
+    def _state(self, depsgraph: Any) -> SceneState:
+        frame = int(depsgraph.scene_eval.frame_current)
+        return read_state(self._geometry, frame, depsgraph)
 
-    def _note(self, sentence: str, is_stale: bool) -> None:
-        self._stale[sentence] = is_stale
+    def _check(self, state: SceneState) -> None:
+        manifest = self._manifest
+        if state.fingerprint == manifest.fingerprint:
+            self._note("surfaces", "")
+            return
+        self.is_left = self._cache.matching(state.fingerprint, state.frame) is not None
+        text = STALE_SURFACES
+        # A frame's own surfaces are not kept: what its pictures show can be compared at the first.
+        if manifest.fingerprint == self._cache.manifest.fingerprint:
+            count = surely_stale(manifest.surfaces, state.surfaces, manifest.seen)
+            if count:
+                text += f" (seen by {count} or more of {len(manifest.cameras)} cameras)"
+        self._note("surfaces", text)
+
+    def _note(self, part: str, sentence: str) -> None:
+        self._stale[part] = sentence
         note_staleness(self._folder, self.stamp, self.stale)
 
     @property
     def stale(self) -> tuple[str, ...]:
         """A sentence for each part of the scene that is no longer what was baked."""
-        return tuple(sentence for sentence, is_stale in self._stale.items() if is_stale)
+        return tuple(sentence for sentence in self._stale.values() if sentence)
 
     def describe(self) -> str:
         """What the status line says about the cache."""

@@ -104,6 +104,11 @@ class Viewport:
             self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
         elif changes:
             self._opened.update(depsgraph, changes)
+            if self._opened.is_left:
+                from .scene_session import SceneSession
+
+                self._opened = None
+                self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
         self._error = ""
 
     def _fail(self, message: str) -> None:

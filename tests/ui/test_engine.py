@@ -12,6 +12,7 @@ import OpenEXR
 import pytest
 from numpy.typing import NDArray
 
+from addon.caching.frame_state import FrameState
 from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.relight.session import RelightSession
@@ -180,3 +181,28 @@ def test_a_world_that_changed_is_shown_as_baked_with_a_word(scene: Any) -> None:
     # Where no one looks, on the command line, it is refused.
     with pytest.raises(InputError, match="the world changed"):
         session_picture(scene)
+
+
+def test_a_frame_is_shown_as_it_was_baked(scene: Any) -> None:
+    """The cube moves; the second frame's pictures are others than the first one's."""
+    cube = bpy.data.objects["Cube"]
+    for frame, x in ((1, 0.0), (2, 1.0)):
+        cube.location.x = x
+        cube.keyframe_insert("location", frame=frame)
+    scene.frame_set(2)
+    alone = Path(scene.relume.cache_folder).with_name("alone.relume")
+    second = write_traced_cache(scene, alone, (3.0, -3.0, 3.0))
+    scene.frame_set(1)
+    store = write_traced_cache(scene, Path(scene.relume.cache_folder), (3.0, -3.0, 3.0))
+    store.set_frame(2, FrameState(second.manifest.fingerprint))
+    for camera in second.cameras:
+        store.add_frame_camera(2, second.read_camera(camera.id))
+
+    first = f12(scene)
+    assert "Current" in read_cache_state(scene).details[0]
+    scene.frame_set(2)
+    moved = f12(scene)
+    assert "Current" in read_cache_state(scene).details[0]
+    scene.relume.cache_folder = str(alone)
+    np.testing.assert_array_equal(moved, f12(scene))
+    assert not np.array_equal(moved, first)

@@ -26,7 +26,7 @@ def _white(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def write_traced_cache(
     scene: Any, folder: Path, center: Sequence[float], resolution: int = 128
-) -> None:
+) -> CacheStore:
     """White Lambert surfaces, seen by one cube camera."""
     geometry = with_render_depsgraph(scene, read_geometry)
     fingerprint = scene_fingerprint(geometry)
@@ -43,4 +43,6 @@ def write_traced_cache(
         camera.id: store.write_camera(synthetic.trace_framebuffer(geometry, tracer, camera, _white))
         for camera in cameras
     }
-    store.write_manifest(Manifest(fingerprint, {}, plan, cameras, finished))
+    frame = int(scene.frame_current)
+    store.write_manifest(Manifest(fingerprint, {}, plan, cameras, finished, frame=frame))
+    return store

@@ -12,7 +12,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import bpy
@@ -23,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
-from ..scene.temporary_render import render_to
+from ..scene.temporary_render import render_to, temporary_folder
 from ..stopping import uninterrupted
 from .plan import ChannelPlan
 from .specialize import AOV_PREFIX
@@ -43,6 +42,10 @@ _SKY = "relume_sky"
 # Cycles' pixel filter cannot be switched off; over a hundredth of a texel it moves the sample
 # by no more than that from the centre.
 _FILTER_WIDTH = 0.01
+
+
+# Kinds of data-blocks that a bake makes, beside its stage's.
+_MADE = ("images", "materials", "node_groups")
 
 
 class Stage:
@@ -167,8 +170,8 @@ def staged(
     camera = bpy.data.objects.new("Relume caching camera", data)
     sky = _white_sky() if sky_rays else None
     try:
-        with TemporaryDirectory(prefix="relume-") as folder:
-            path = Path(folder) / "deep.exr"
+        with temporary_folder() as folder:
+            path = folder / "deep.exr"
             stage.name = "Relume bake"
             stage.collection.objects.link(camera)
             stage.camera = camera
@@ -218,13 +221,20 @@ def _white_sky() -> Any:
 
 @contextmanager
 def without_new_pictures() -> Iterator[None]:
-    """Removes the image block, Render Result, that the first render in a file makes."""
-    known = {image.session_uid for image in bpy.data.images}
+    """Removes the image block, Render Result, that the first render in a file makes; and copies
+    of materials and their groups that an error has left in the middle of being made."""
+    known = {block.session_uid for kind in _MADE for block in getattr(bpy.data, kind)}
     try:
         yield
     finally:
-        new = [image for image in bpy.data.images if image.session_uid not in known]
-        bpy.data.batch_remove([image for image in new if image.type == "RENDER_RESULT"])
+        new = [
+            block
+            for kind in _MADE
+            for block in getattr(bpy.data, kind)
+            if block.session_uid not in known
+            and (kind != "images" or block.type == "RENDER_RESULT")
+        ]
+        bpy.data.batch_remove(new)
 
 
 def _set_up_render(stage: Any, path: Path) -> None:

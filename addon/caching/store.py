@@ -667,6 +667,22 @@ def _write_parts(path: Path, parts: Mapping[str, NDArray[Any]]) -> None:
         exr_parts.append(OpenEXR.Part(header, channels, name))
     with without_lines(_HARMLESS):
         OpenEXR.File(exr_parts).write(str(path))
+    if not _holds(path, parts):
+        raise RuntimeError("not all of it was written")
+
+
+def _holds(path: Path, parts: Mapping[str, NDArray[Any]]) -> bool:
+    """Whether a file that was just written can be read and holds these parts.
+
+    OpenEXR does not say when the last few kilobytes, which are all of a small file, found no room.
+    """
+    try:
+        found = _read_parts(path)
+    except InputError:
+        return False
+    return found.keys() == parts.keys() and all(
+        found[name].tobytes() == pixels.tobytes() for name, pixels in parts.items()
+    )
 
 
 def _read_parts(path: Path) -> dict[str, NDArray[Any]]:

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import hashlib
-import tempfile
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import bpy
@@ -14,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .node_reader import constant_color, constant_value, output_source
-from .temporary_render import render_to
+from .temporary_render import render_to, temporary_folder
 from .tree_lines_reader import tree_lines
 from .world import World
 
@@ -98,8 +96,8 @@ def render_world(scene: Any, height: int = PICTURE_HEIGHT) -> NDArray[np.float32
         camera_data.type = "PANO"
         camera_data.panorama_type = "EQUIRECTANGULAR"
         _set_up(stage, height)
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "world.exr"
+        with temporary_folder() as folder:
+            path = folder / "world.exr"
             stage.render.filepath = str(path)
             size = height * 2 * height * 3 * np.dtype(np.float32).itemsize
             render_to(path, size, "the world's picture", scene=stage.name)

@@ -3,72 +3,140 @@
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 import bpy
+import numpy as np
 
-# Counters and pointers of the running program, not of the file.
-_VOLATILE = {"rna_type", "bl_rna", "session_uid", "original", "tag", "preview", "depsgraph"}
+# Windows and what is drawn in them, and what is listed elsewhere.
+_NOT_OF_THE_FILE = {"window_managers", "screens", "workspaces", "all_ids"}
 
-_KINDS = (
-    "scenes", "objects", "meshes", "materials", "node_groups", "cameras", "lights", "worlds",
-    "images", "collections", "actions",
-)  # fmt: skip
+# Pointers of RNA to itself, to what is evaluated, and to pictures that are drawn by need.
+_VOLATILE = {"rna_type", "bl_rna", "original", "depsgraph", "preview", "asset_data"}
 
-# Deep enough for a node's socket in a tree, and for a setting in a scene's settings.
-_DEPTH = 4
-
-# Large arrays of elements that no bake has a reason to touch, but for the materials' indices.
-_ARRAYS = {"vertices", "edges", "loops", "pixels", "attributes", "vertex_normals", "corner_normals"}
+# Read as one array each, and told by their sums.
+_PIXELS = {"pixels"}
 
 
 def dump() -> dict[str, str]:
-    """RNA path -> value, of every data-block of the kinds that a bake has to do with."""
+    """RNA path -> value, of every data-block in every detail.
+
+    Every property of every struct that an ID holds, however deep: nodes, curves, keyframes,
+    drivers, modifiers, layers, mesh elements, custom properties; who uses what; the pixels of
+    images that are loaded; the selection, which RNA has as functions; and what is shown.
+    """
     lines: dict[str, str] = {}
-    for kind in _KINDS:
+    for mesh in bpy.data.meshes:
+        # The first look at what has one value in all of a mesh makes it an array, for good.
+        _Block({}).dump_struct("", mesh)
+    kinds = [p.identifier for p in bpy.data.bl_rna.properties if p.type == "COLLECTION"]
+    for kind in kinds:
+        if kind in _NOT_OF_THE_FILE:
+            continue
         blocks = getattr(bpy.data, kind)
-        lines[f"{kind}.length"] = repr(len(blocks))
+        lines[f"{kind}.names"] = repr([block.name_full for block in blocks])
         for block in blocks:
-            _dump_struct(f"{kind}[{block.name_full}]", block, lines, 0)
+            _Block(lines).dump_struct(f"{kind}[{block.name_full}]", block)
+    users = bpy.data.user_map()
+    for block, names in users.items():
+        lines[f"users of {block.id_type} {block.name_full}"] = repr(
+            sorted((user.id_type, user.name_full) for user in names)
+        )
+    _dump_layers(lines)
+    _dump_context(lines)
     return lines
 
 
-def _dump_struct(path: str, struct: Any, lines: dict[str, str], depth: int) -> None:
-    for definition in struct.bl_rna.properties:
-        key = definition.identifier
-        if key in _VOLATILE or key in _ARRAYS:
-            continue
-        where = f"{path}.{key}"
+class _Block:
+    """One data-block's structs. Each is written once, where it is met first: links lead in
+    circles."""
+
+    def __init__(self, lines: dict[str, str]) -> None:
+        self._lines = lines
+        self._met: dict[tuple[int, str], str] = {}
+
+    def dump_struct(self, path: str, struct: Any) -> None:
+        key = (struct.as_pointer(), struct.bl_rna.identifier)
+        if key in self._met:
+            self._lines[path] = f"see {self._met[key]}"
+            return
+        self._met[key] = path
+        for definition in struct.bl_rna.properties:
+            name = definition.identifier
+            if name not in _VOLATILE:
+                self._dump_property(f"{path}.{name}", struct, definition)
+        self._dump_custom(path, struct)
+
+    def _dump_property(self, where: str, struct: Any, definition: Any) -> None:
+        if definition.identifier in _PIXELS and isinstance(struct, bpy.types.Image):
+            # Reading them would load the image.
+            self._lines[where] = _pixels(struct) if struct.has_data else "not loaded"
+            return
         try:
-            value = getattr(struct, key)
+            value = getattr(struct, definition.identifier)
         except (AttributeError, RuntimeError, TypeError, ValueError) as error:
-            lines[where] = type(error).__name__
-            continue
+            self._lines[where] = type(error).__name__
+            return
         if definition.type == "COLLECTION":
-            _dump_collection(where, value, lines, depth)
+            self._lines[f"{where}.length"] = repr(len(value))
+            for index, item in enumerate(value):
+                self._dump_pointer(f"{where}[{index}]", item)
         elif definition.type == "POINTER":
-            _dump_pointer(where, value, lines, depth)
+            self._dump_pointer(where, value)
         elif getattr(definition, "is_array", False):
-            lines[where] = repr([item[:] if hasattr(item, "__len__") else item for item in value])
+            self._lines[where] = repr([v[:] if hasattr(v, "__len__") else v for v in value])
         else:
-            lines[where] = repr(value)
-    if isinstance(struct, bpy.types.ID):
-        lines[f"{path}.keys()"] = repr(sorted(struct.keys()))
+            self._lines[where] = repr(value)
+
+    def _dump_pointer(self, where: str, value: Any) -> None:
+        if value is None:
+            self._lines[where] = "None"
+        elif isinstance(value, bpy.types.ID) and not value.is_embedded_data:
+            self._lines[where] = f"-> {value.name_full}"
+        elif isinstance(value, bpy.types.bpy_struct):
+            self.dump_struct(where, value)
+
+    def _dump_custom(self, path: str, struct: Any) -> None:
+        try:
+            keys = list(struct.keys())
+        except TypeError:  # has no custom properties
+            return
+        for key in keys:
+            self._lines[f"{path}[{key!r}]"] = _plain(struct[key])
 
 
-def _dump_collection(where: str, value: Any, lines: dict[str, str], depth: int) -> None:
-    lines[f"{where}.length"] = repr(len(value))
-    for index, item in enumerate(value):
-        _dump_pointer(f"{where}[{index}]", item, lines, depth)
+def _plain(value: Any) -> str:
+    if isinstance(value, bpy.types.ID):
+        return f"-> {value.name_full}"
+    if hasattr(value, "items"):
+        return repr({key: _plain(item) for key, item in value.items()})
+    return repr(value.to_list() if hasattr(value, "to_list") else value)
 
 
-def _dump_pointer(where: str, value: Any, lines: dict[str, str], depth: int) -> None:
-    if value is None:
-        lines[where] = "None"
-    elif isinstance(value, bpy.types.ID) and not value.is_embedded_data:
-        lines[where] = f"-> {value.name_full}"
-    elif depth < _DEPTH and isinstance(value, bpy.types.bpy_struct):
-        _dump_struct(where, value, lines, depth + 1)
+def _pixels(image: Any) -> str:
+    pixels = np.empty(len(image.pixels), np.float32)
+    image.pixels.foreach_get(pixels)
+    return f"{image.size[:]} {hashlib.sha256(pixels.tobytes()).hexdigest()}"
+
+
+def _dump_layers(lines: dict[str, str]) -> None:
+    for scene in bpy.data.scenes:
+        for layer in scene.view_layers:
+            for obj in layer.objects:
+                states = [
+                    getattr(obj, name)(view_layer=layer)
+                    for name in ("select_get", "hide_get", "visible_get", "holdout_get")
+                ]
+                lines[f"{scene.name_full}/{layer.name}/{obj.name_full}"] = repr(states)
+
+
+def _dump_context(lines: dict[str, str]) -> None:
+    for name in ("scene", "view_layer", "object", "mode"):
+        lines[f"context.{name}"] = repr(getattr(bpy.context, name, None))
+    for index, window in enumerate(bpy.context.window_manager.windows):
+        lines[f"windows[{index}]"] = repr((window.scene, window.view_layer, window.workspace))
+    lines["filepath"] = repr((bpy.data.filepath, bpy.data.is_saved))
 
 
 def differences(before: dict[str, str], after: dict[str, str]) -> list[str]:

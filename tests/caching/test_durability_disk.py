@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import signal
 import subprocess
@@ -14,9 +15,11 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from addon.caching.folder_lock import LOCK_NAME, locked
+from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.store import MANIFEST_NAME, CacheStore
 from addon.errors import InputError
 
@@ -69,6 +72,26 @@ def test_writes_that_end_at_any_byte(tmp_path: Path) -> None:
         store.write_manifest(store.manifest)
     store.add_camera(picture(0, 2))
     assert generation_of(CacheStore.open(store.folder), 0) == 2
+
+
+@pytest.mark.parametrize("side", [1, 4, 64])
+def test_pictures_so_small_that_nothing_is_written_before_they_are_closed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, side: int
+) -> None:
+    """OpenEXR does not say that it failed then."""
+    camera = replace(MANIFEST.cameras[0], resolution=side)
+    channels = {
+        "depth": np.ones((side, side, 1), np.float32),
+        "normal": np.ones((side, side, 3), np.float32),
+    }
+    store = begun(tmp_path, replace(MANIFEST, cameras=(camera,)))
+    monkeypatch.setattr("secrets.token_hex", lambda count: "token")
+    part = tmp_path / "cameras" / f".0000.exr.token.{os.getpid()}.part"
+    part.symlink_to("/dev/full")
+    with pytest.raises(InputError, match="cannot be written: the disk is full"):
+        store.add_camera(DeepFramebuffer(camera, channels))
+    assert not CacheStore.open(tmp_path).cameras
+    assert list((tmp_path / "cameras").iterdir()) == []
 
 
 AS_NOBODY = """

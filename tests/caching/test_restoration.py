@@ -3,6 +3,10 @@
 
 from __future__ import annotations
 
+import math
+import os
+import pkgutil
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,77 +18,246 @@ from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.progress import Cancelled
 
-from .material_grid import (
-    add_plane,
-    camera_above,
-    empty_material,
-    empty_scene,
-    geometry_of_scene,
-    node_in,
-)
+from .full_scene import full_scene
+from .material_grid import add_plane, camera_above, empty_material, geometry_of_scene, node_in
 from .rna_dump import differences, dump
-from .test_materials import fresnel_mix, mixed, nested_groups, principled
 
 
 @pytest.fixture
 def scene() -> Any:
-    """Settings unlike the bake's own, users of materials of many kinds, AOVs, two layers."""
-    scene = empty_scene()
-    for x, maker in enumerate((principled, mixed, nested_groups, fresnel_mix)):
-        add_plane(scene, maker.__name__, (x - 2.0, 0.0, 0.0), maker())
-    materials = bpy.data.materials
-    materials["mixed"].use_fake_user = True
-    instance = bpy.data.objects.new("same mesh", bpy.data.objects["mixed"].data)
-    instance.material_slots  # noqa: B018 - makes the slots
-    scene.collection.objects.link(instance)
-    instance.location = (0.0, 2.0, 0.0)
-    instance.material_slots[0].link = "OBJECT"
-    instance.material_slots[0].material = materials["principled"]
-    add_plane(scene, "bare", (2.0, 2.0, 0.0), None)
-    slots = add_plane(scene, "slots", (-2.0, 2.0, 0.0), materials["mixed"])
-    slots.data.materials.append(None)
-    slots.data.materials.append(materials["principled"])
-    slots.active_material_index = 2
-    # Not shown by anything.
-    empty_material("spare")
+    return full_scene()
 
-    light = bpy.data.objects.new("Key", bpy.data.lights.new("Key", "AREA"))
-    scene.collection.objects.link(light)
-    camera = bpy.data.objects.new("Shot", bpy.data.cameras.new("Shot"))
-    scene.collection.objects.link(camera)
-    scene.camera = camera
-    scene.world = bpy.data.worlds.new("Sky")
-    scene.render.engine = "BLENDER_EEVEE"
-    scene.render.filepath = "//frames/shot_"
-    scene.render.resolution_percentage = 37
-    scene.render.use_border = True
-    scene.render.image_settings.file_format = "JPEG"
-    scene.cycles.samples = 77
-    scene.cycles.pixel_filter_type = "GAUSSIAN"
-    scene.frame_set(12)
-    layer = scene.view_layers[0]
-    layer.aovs.add().name = "mine"
-    layer.pass_alpha_threshold = 0.25
-    layer.use_pass_mist = True
-    scene.view_layers.new("second")
-    return scene
+
+CAMERAS = [camera_above((0, 0, 0), 5.0, number=number) for number in range(2)]
+
+
+def test_a_dump_changes_nothing(scene: Any) -> None:
+    before = dump()
+    assert differences(before, dump()) == []
+    assert len(before) > 10_000
+
+
+def _node(material: str, node: str) -> Any:
+    return bpy.data.materials[material].node_tree.nodes[node]
+
+
+def _hide_in_second(scene: Any) -> None:
+    bpy.data.objects["bare"].hide_set(True, view_layer=scene.view_layers["second"])
+
+
+def _key_again(scene: Any) -> None:
+    action = bpy.data.objects["textured"].animation_data.action
+    curve = action.layers[0].strips[0].channelbags[0].fcurves[0]
+    curve.keyframe_points[0].interpolation = "CONSTANT"
+
+
+def _exclude(scene: Any) -> None:
+    scene.view_layers[0].layer_collection.children["excluded"].exclude = True
+
+
+def _swap_links(scene: Any) -> None:
+    tree = bpy.data.node_groups["graded"]
+    start = next(node for node in tree.nodes if node.bl_idname == "NodeGroupInput")
+    curves = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeRGBCurve")
+    tree.links.new(start.outputs[0], curves.inputs["Color"])
+
+
+def _driver_target(scene: Any) -> None:
+    driver = bpy.data.objects["mixed"].animation_data.drivers[0].driver
+    driver.variables[0].targets[0].data_path = "location.x"
+
+
+_GRADED: dict[str, Callable[[Any], None]] = {
+    "a ramp in a group": lambda s: setattr(
+        bpy.data.node_groups["graded"].nodes["Color Ramp"].color_ramp.elements[1], "position", 0.5
+    ),
+    "a curve in a group": lambda s: setattr(
+        bpy.data.node_groups["graded"].nodes["RGB Curves"].mapping.curves[3].points[1],
+        "location",
+        (0.3, 0.7),
+    ),
+    "a link in a group": _swap_links,
+}
+
+CHANGES: dict[str, Callable[[Any], None]] = {
+    **_GRADED,
+    "a setting of Cycles": lambda s: setattr(s.cycles, "samples", 78),
+    "a render setting": lambda s: setattr(s.render.image_settings, "quality", 3),
+    "a node's value": lambda s: setattr(
+        _node("principled", "Principled BSDF").inputs["Roughness"], "default_value", 0.111
+    ),
+    "a node's place": lambda s: setattr(
+        _node("principled", "Principled BSDF"), "location", (3.0, 4.0)
+    ),
+    "a material on a mesh": lambda s: bpy.data.objects["mixed"].data.materials.__setitem__(
+        0, bpy.data.materials["spare"]
+    ),
+    "a face's material": lambda s: setattr(
+        bpy.data.meshes["slots"].polygons[0], "material_index", 2
+    ),
+    "a vertex": lambda s: setattr(bpy.data.meshes["bare"].vertices[1].co, "x", 7.0),
+    "a vertex group": lambda s: (
+        bpy.data.objects["deformed"].vertex_groups[0].add([0], 0.1, "REPLACE")
+    ),
+    "a shape key": lambda s: setattr(
+        bpy.data.shape_keys[0].key_blocks["raised"].data[1].co, "z", 0.3
+    ),
+    "a modifier": lambda s: setattr(
+        bpy.data.objects["deformed"].modifiers["smooth"], "show_viewport", True
+    ),
+    "a keyframe": _key_again,
+    "a driver's variable": _driver_target,
+    "a marker": lambda s: setattr(s.timeline_markers[0], "frame", 8),
+    "a custom property": lambda s: bpy.data.materials["textured"].__setitem__("of its own", 4),
+    "a pointer in one": lambda s: bpy.data.objects["pointing"].__setitem__(
+        "its material", bpy.data.materials["spare"]
+    ),
+    "a nested one": lambda s: bpy.data.objects["pointing"]["more"]["inner"].__setitem__(
+        "word", "other"
+    ),
+    "a pixel": lambda s: bpy.data.images["generated"].pixels.__setitem__(5, 0.9),
+    "an image's file": lambda s: setattr(bpy.data.images["missing"], "filepath", "//b.png"),
+    "the selection": lambda s: bpy.data.objects["bare"].select_set(
+        False, view_layer=s.view_layers[0]
+    ),
+    "the active object": lambda s: setattr(
+        s.view_layers[0].objects, "active", bpy.data.objects["slots"]
+    ),
+    "what is hidden in a layer": _hide_in_second,
+    "an excluded collection": _exclude,
+    "a pass": lambda s: setattr(s.view_layers["second"], "use_pass_uv", True),
+    "a fake user": lambda s: setattr(bpy.data.materials["spare"], "use_fake_user", True),
+    "a new block": lambda s: bpy.data.node_groups.new("left over", "ShaderNodeTree"),
+    "the frame": lambda s: s.frame_set(13),
+    "the part of a frame": lambda s: s.frame_set(12, subframe=0.5),
+    "the world's nodes": lambda s: setattr(
+        s.world.node_tree.nodes["Gradient Texture"], "gradient_type", "RADIAL"
+    ),
+    "another scene": lambda s: setattr(bpy.data.scenes["other"], "world", None),
+    "a text": lambda s: bpy.data.texts["notes"].write("more"),
+}
+
+
+@pytest.mark.parametrize("what", CHANGES)
+def test_a_dump_sees_a_change(scene: Any, what: str) -> None:
+    before = dump()
+    CHANGES[what](scene)
+    assert differences(before, dump())
 
 
 def test_after_a_bake(scene: Any, tmp_path: Path) -> None:
     geometry = geometry_of_scene(scene)
     before = dump()
-    bake_scene(scene, geometry, [camera_above((0, 0, 0), 5.0)], tmp_path)
+    report = bake_scene(scene, geometry, CAMERAS, tmp_path)
+    assert report.baked == 2
+    # With all that a bake may do: a white sky for cut-outs, and the world's picture.
+    assert "ambient_occlusion" in report.plan.stored
+    assert CacheStore.open(tmp_path).world_path is not None
     assert differences(before, dump()) == []
     assert bpy.context.scene == scene
 
 
-def test_a_dump_sees_a_change(scene: Any) -> None:
+class Stopper:
+    """Stops a bake when it tells its progress for the time `last`; counts the times."""
+
+    def __init__(self, last: float, error: BaseException) -> None:
+        self._last, self._error, self.count = last, error, 0
+
+    def __call__(self, fraction: float, message: str) -> None:
+        self.count += 1
+        if self.count > self._last:
+            raise self._error
+
+
+@pytest.mark.parametrize("error", [Cancelled(), KeyboardInterrupt()])
+def test_after_a_bake_that_is_stopped_at_each_step(
+    scene: Any, tmp_path: Path, error: BaseException
+) -> None:
+    geometry = geometry_of_scene(scene)
     before = dump()
-    scene.cycles.samples = 78
-    bpy.data.objects["mixed"].data.materials[0] = bpy.data.materials["spare"]
-    changed = "\n".join(differences(before, dump()))
-    assert "cycles.samples: 77 became 78" in changed
-    assert "-> mixed became -> spare" in changed
+    counted = Stopper(math.inf, error)
+    bake_scene(scene, geometry, CAMERAS, tmp_path / "whole", None, counted)
+    assert counted.count >= 5
+    for last in range(counted.count):
+        folder = tmp_path / str(last)
+        with pytest.raises(type(error)):
+            bake_scene(scene, geometry, CAMERAS, folder, None, Stopper(last, error))
+        assert differences(before, dump()) == []
+        assert not list(folder.rglob("*.part"))
+
+
+# Where a bake may fail, and how often that place is come by.
+PLACES = {
+    "addon.caching.aov_render.render_to": 4,
+    "addon.caching.aov_render.OpenEXR.File": 2,
+    "addon.caching.aov_render._set_up_cycles": 1,
+    "addon.scene.world_reader.render_to": 1,
+    "addon.scene.world_reader._set_up": 1,
+    "addon.caching.store._write_parts": 3,
+    "addon.caching.store.CacheStore.write_manifest": 3,
+    "addon.caching.specialize.plan_channels": 1,
+    "addon.caching.specialize._instrument": 5,
+    "addon.caching.specialize.ShaderReader.shader": 4,
+    "addon.caching.specialize.view_dependent_effects": 3,
+}
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_after_an_error_inside(
+    scene: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    """At each time that this place is come by."""
+    geometry = geometry_of_scene(scene)
+    before = dump()
+    module, _, name = place.rpartition(".")
+    holder = pkgutil.resolve_name(module)
+    real = getattr(holder, name)
+    for last in range(PLACES[place]):
+        calls = 0
+
+        def fail(*words: Any, **named: Any) -> Any:
+            nonlocal calls
+            calls += 1
+            if calls > last:  # noqa: B023 - called in this turn
+                raise RuntimeError(place)
+            return real(*words, **named)
+
+        monkeypatch.setattr(holder, name, fail)
+        with pytest.raises((RuntimeError, InputError)):
+            bake_scene(scene, geometry, CAMERAS, tmp_path / str(last))
+        monkeypatch.undo()
+        assert differences(before, dump()) == []
+
+
+def test_after_a_bake_onto_a_full_disk(
+    scene: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    geometry = geometry_of_scene(scene)
+    before = dump()
+    monkeypatch.setattr("secrets.token_hex", lambda count: "token")
+
+    def fill(fraction: float, message: str) -> None:
+        if "camera 2" in message:
+            part = tmp_path / "cameras" / f".0001.exr.token.{os.getpid()}.part"
+            part.symlink_to("/dev/full")
+
+    with pytest.raises(InputError, match="the disk is full"):
+        bake_scene(scene, geometry, CAMERAS, tmp_path, None, fill)
+    assert differences(before, dump()) == []
+    assert [camera.id for camera in CacheStore.open(tmp_path).cameras] == [0]
+    assert not list(tmp_path.rglob("*.part"))
+
+
+def test_after_a_bake_without_a_folder_for_temporary_files(
+    scene: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    geometry = geometry_of_scene(scene)
+    before = dump()
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path / "gone"))
+    with pytest.raises(InputError, match="TMPDIR") as caught:
+        bake_scene(scene, geometry, CAMERAS, tmp_path / "cache")
+    assert "\n" not in str(caught.value)
+    assert differences(before, dump()) == []
 
 
 def test_after_a_cancelled_bake(scene: Any, tmp_path: Path) -> None:
@@ -124,7 +297,7 @@ def test_after_a_failed_bake(scene: Any, tmp_path: Path) -> None:
     tree.links.new(power.outputs[0], again.inputs[0])
     light = node_in(tree, "ShaderNodeEmission", Color=again.outputs[0])
     tree.links.new(light.outputs[0], surface)
-    add_plane(scene, "broken", (0.0, -2.0, 0.0), material)
+    add_plane(scene, "broken", (-1.0, 3.0, 0.0), material)
     geometry = geometry_of_scene(scene)
     before = dump()
     with pytest.raises(InputError, match=r"material .broken. gives an? emission"):

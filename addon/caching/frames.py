@@ -65,6 +65,7 @@ class FramesBake:
     ambient_rays: int
     resume: bool
     notes: list[str] = field(default_factory=list)
+    _checked: set[str] = field(default_factory=set)
 
     def run(
         self, first: SceneState, frames: Sequence[int], baked: Baked, progress: Progress
@@ -166,7 +167,7 @@ class FramesBake:
             seen = earlier.manifest.seen.get(number)
             if (
                 number in before.held
-                and earlier.is_intact(number)
+                and self._is_intact(earlier, number)
                 and not sight.reasons(camera, seen, partial(earlier.read_camera, number))
             ):
                 shared[number] = before.held[number]
@@ -186,7 +187,16 @@ class FramesBake:
         view = self._begun(now)
         if not self.resume or view is None:
             return {}
-        return {n: name for n, name in self._held(now).items() if view.is_intact(n)}
+        return {n: name for n, name in self._held(now).items() if self._is_intact(view, n)}
+
+    def _is_intact(self, view: CacheStore, number: int) -> bool:
+        """Whether a picture is as it was written; each file is read for that once."""
+        if number not in view.manifest.finished:
+            return False
+        name = str(view.camera_path(number))
+        if name not in self._checked and view.is_intact(number):
+            self._checked.add(name)
+        return name in self._checked
 
     def _of_ours(self, held: Mapping[int, str]) -> dict[int, str]:
         ours = {camera.id for camera in self.cameras}

@@ -175,6 +175,7 @@ def _single_state(
         b"\0".join(material_names[i] for i in used),
         slot.astype(np.int32),
         np.ascontiguousarray(geometry.camera_visible[some]),
+        np.ascontiguousarray(geometry.shadow_visible[some]),
     )
     state = geometry.object_states[index] if geometry.object_states else b""
     digest = short_digest(shape, state, name)

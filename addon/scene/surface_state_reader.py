@@ -12,6 +12,11 @@ from typing import Any
 
 import numpy as np
 
+# Which kinds of rays meet an object: its ambient occlusion of others, and Raycast nodes, ask.
+_VISIBILITIES = (
+    "visible_diffuse", "visible_glossy", "visible_transmission", "visible_shadow",
+)  # fmt: skip
+
 # Attribute type -> property of its elements, numbers in each, and their type.
 _ELEMENTS: dict[str, tuple[str, int, type[np.generic]]] = {
     "FLOAT": ("value", 1, np.float32),
@@ -65,7 +70,8 @@ def instance_state(instance: Any, evaluated: Any, instancer: Any, ignored: str) 
     )
     digest = hashlib.sha256(repr(numbers).encode())
     for obj in (evaluated, instancer):
-        digest.update(f"{obj.name_full} {tuple(obj.color)} {obj.pass_index}\n".encode())
+        visible = [getattr(obj, name) for name in _VISIBILITIES]
+        digest.update(f"{obj.name_full} {tuple(obj.color)} {obj.pass_index} {visible}\n".encode())
         for key in sorted(obj.keys()):
             if key != ignored:
                 digest.update(f"{key}={_plain(obj[key])}\n".encode())

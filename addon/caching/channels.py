@@ -13,7 +13,8 @@ on one shading normal, seen through a weight that depends on the view:
     layer(NoV) = layer_f0 A(NoV, roughness) + layer_f90 B(NoV, roughness)
     W(NoV)     = view_base + view_slope C(NoV)
 
-D and G are those of `distribution`, with alpha = roughness^2. A and B are the two terms of the
+D and G are those of `distribution`, with alpha = roughness^2, divided by `aspect` along the tangent
+and multiplied with it across. A and B are the two terms of the
 split-sum directional albedo. s is the Schlick weight (1 - LoH)^5, but for the part of the
 specular lobe that is the dielectric layer itself (its weight is `dielectric`), which follows the
 exact Fresnel equations, as in Cycles. `specular_dip` is the edge tint of metals (the F82-tint
@@ -80,11 +81,18 @@ class Channel:
     space: Space
     unit: str
     precision: Precision
-    part: Literal["", "diffuse", "layer", "specular", "translucent", "view", "emission", "ambient"]
+    part: Literal[
+        "", "diffuse", "layer", "specular", "tangent", "translucent", "view", "emission", "ambient"
+    ]  # fmt: skip
     neutral: tuple[float, ...]
     meaning: str
     lobe: int = 0
     field: str = ""
+
+    @property
+    def is_direction(self) -> bool:
+        """Whether the values are unit vectors."""
+        return self.space == "world"
 
 
 _SURFACE = (
@@ -121,6 +129,10 @@ _LOBE = (
             "Blender's roughness; alpha is its square"),
     Channel("distribution", 1, "none", "1", "half", "specular", (0.0,),
             "microfacet distribution: 0 multiscatter GGX, 1 GGX, 2 Beckmann, 3 Ashikhmin-Shirley"),
+    Channel("aspect", 1, "none", "1", "half", "specular", (1.0,),
+            "what alpha is divided by along the tangent, and multiplied with across it"),
+    Channel("tangent", 3, "world", "1", "half", "tangent", (1.0, 0.0, 0.0),
+            "unit vector along the surface, of an anisotropic lobe"),
     Channel("translucent_color", 3, "linear Rec.709", "1", "half", "translucent", (0.0, 0.0, 0.0),
             "albedo of light that comes diffusely through from behind"),
     Channel("view_base", 1, "none", "1", "half", "view", (1.0,),

@@ -36,8 +36,8 @@ class DeepFramebuffer:
         side = self.camera.resolution
         for name, values in self.channels.items():
             shapes = [(side, side, n) for n in (CHANNEL_BY_NAME[name].components, 1)]
-            is_normal = CHANNEL_BY_NAME[name].field == "normal"
-            if values.shape not in shapes[: 1 if is_normal else 2] or values.dtype != np.float32:
+            is_direction = CHANNEL_BY_NAME[name].is_direction
+            if values.shape not in shapes[: 1 if is_direction else 2] or values.dtype != np.float32:
                 raise ValueError(
                     f"{name} is {values.shape} {values.dtype}, not {shapes[0]} float32"
                 )
@@ -53,7 +53,7 @@ class DeepFramebuffer:
         """Bytes that its channels take on disk before compression."""
         total = 0
         for name, values in self.channels.items():
-            if CHANNEL_BY_NAME[name].field == "normal":
+            if CHANNEL_BY_NAME[name].is_direction:
                 total += values.size // 3 * NORMAL_BYTES
             else:
                 total += values.size * (2 if self.precision(name) == "half" else 4)

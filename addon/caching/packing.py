@@ -90,7 +90,7 @@ class Packing:
     def _kind(self, name: str) -> Kind:
         if name == "material_id":
             return "8" if len(self.plan.material_names) <= _LARGEST_CODE["8"] else "16"
-        if CHANNEL_BY_NAME[name].field == "normal":
+        if CHANNEL_BY_NAME[name].is_direction:
             return "16"
         if name in self.wide:
             return "32F"
@@ -99,7 +99,7 @@ class Packing:
         return "16F" if CHANNEL_BY_NAME[name].precision == "half" else "32F"
 
     def _packed_components(self, name: str) -> int:
-        return 2 if CHANNEL_BY_NAME[name].field == "normal" else self.plan.components(name)
+        return 2 if CHANNEL_BY_NAME[name].is_direction else self.plan.components(name)
 
     @cached_property
     def textures(self) -> tuple[PackedTexture, ...]:
@@ -150,7 +150,7 @@ class Packing:
         scale: Mapping[str, NDArray[np.float32]],
     ) -> NDArray[np.float32]:
         """A channel's values as the sampler gives them back."""
-        if CHANNEL_BY_NAME[name].field == "normal":
+        if CHANNEL_BY_NAME[name].is_direction:
             return to_codes(values).astype(np.float32) / np.float32(_LARGEST_CODE["16"])
         if name == "material_id":
             return values / np.float32(_LARGEST_CODE[self._kind(name)])
@@ -216,7 +216,7 @@ class Packing:
         self, channel: Channel, parts: list[str], scale_row: Mapping[str, tuple[int, int]]
     ) -> str:
         together = f"vec{len(parts)}({', '.join(parts)})" if len(parts) > 1 else parts[0]
-        if channel.field == "normal":
+        if channel.is_direction:
             return f"octahedral_normal({together})"
         if channel.name in self.scaled:
             row, component = scale_row[channel.name]

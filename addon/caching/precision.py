@@ -42,7 +42,7 @@ def wide_channels(channels: Mapping[str, NDArray[np.float32]]) -> frozenset[str]
     halves = [
         name
         for name in channels
-        if CHANNEL_BY_NAME[name].precision == "half" and CHANNEL_BY_NAME[name].field != "normal"
+        if CHANNEL_BY_NAME[name].precision == "half" and not CHANNEL_BY_NAME[name].is_direction
     ]
     return frozenset(name for name in halves if _is_wide(name, channels))
 

@@ -20,7 +20,15 @@ from .channels import CHANNEL_BY_NAME, Channel
 from .material_plan import expression_of_surface, plan_channels
 from .plan import ChannelPlan
 from .specialize_closures import DEFAULT_SURFACE, ShaderReader
-from .specialize_expression import ONE, ZERO, Constant, Expression, Socket, is_zero
+from .specialize_expression import (
+    ONE,
+    ZERO,
+    Constant,
+    Expression,
+    ExpressionBuilder,
+    Socket,
+    is_zero,
+)
 from .specialize_lobes import Lobe, Lobes, expression_of, scale, unit_normal
 from .specialize_tree import TreeContext
 from .view_dependence import view_dependent_effects
@@ -131,7 +139,7 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     if _is_displaced(original, output):
         reader.report("its displacement is shown as bump")
     lobes = _unpremultiplied(context, lobes)
-    for effect in view_dependent_effects(tree, reader.exact):
+    for effect in view_dependent_effects(output, reader.shaded):
         reader.report(effect)
     return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))
 
@@ -187,21 +195,21 @@ def _instrument(
     build = context.build
     tree = context.tree
     opacity = build.at_least(build.complement(material.lobes.transparency), CUT_OUT_AT)
-    normals = [unit_normal(build, lobe.normal) for lobe in material.lobes.each or (Lobe(),)]
+    normal = _lobe_normal(build, material.lobes, 1)
     for name in plan.stored:
-        channel = CHANNEL_BY_NAME[name]
         if name == "depth" or (name == "ambient_occlusion" and not ambient_samples):
             continue
+        channel = CHANNEL_BY_NAME[name]
         expression: Expression
         if name == "material_id":
             expression = Constant((float(number),))
         elif name == "ambient_occlusion":
-            expression = _ambient_occlusion(context, normals[0], ambient_samples)
+            expression = _ambient_occlusion(context, normal, ambient_samples)
         elif channel.field == "normal":
-            # What has fewer lobes reads none of the others: any normal serves.
-            expression = normals[min(channel.lobe, len(normals)) - 1]
+            expression = _lobe_normal(build, material.lobes, channel.lobe)
         else:
             expression = channel_expression(material.lobes, channel)
+            expression = build.normalize(expression) if channel.is_direction else expression
         components = plan.components(name)
         aov = tree.nodes.new("ShaderNodeOutputAOV")
         aov.aov_name = AOV_PREFIX + name
@@ -212,9 +220,16 @@ def _instrument(
         build.assign(socket, build.multiply(value, opacity))
     if "ambient_occlusion" in plan.stored and not ambient_samples:
         alpha = build.complement(material.lobes.transparency)
-        _make_sky_lit(context, opacity, alpha, normals[0])
+        _make_sky_lit(context, opacity, alpha, normal)
     else:
         _make_cut_out(context, opacity)
+
+
+def _lobe_normal(build: ExpressionBuilder, lobes: Lobes, number: int) -> Expression:
+    """The unit normal of a lobe. What has fewer lobes reads none of the others: any serves."""
+    if not lobes.each:
+        return unit_normal(build, None)
+    return unit_normal(build, lobes.each[min(number, len(lobes.each)) - 1].normal)
 
 
 def _ambient_occlusion(context: TreeContext, normal: Expression, samples: int) -> Expression:

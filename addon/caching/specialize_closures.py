@@ -8,6 +8,7 @@ specular level and tinted, and a diffuse lobe that the dielectric lobe's albedo 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -22,6 +23,7 @@ from .specialize_expression import (
     Constant,
     Expression,
     ExpressionBuilder,
+    Socket,
     find_socket,
     is_constant,
     is_zero,
@@ -39,18 +41,12 @@ class ShaderReader:
 
     def __init__(self) -> None:
         self.effects: dict[str, None] = {}
-        # Inputs that take a curve of the view as a mix factor, by the node that gives it.
-        self._factors: dict[Any, set[tuple[Any, str]]] = {}
+        self._shaded: set[tuple[int, str]] = set()
 
     @property
-    def exact(self) -> frozenset[int]:
-        """Pointers of the nodes whose values go nowhere else than into mix factors that are
-        shaded at run time."""
-        return frozenset(
-            node.as_pointer()
-            for node, taken in self._factors.items()
-            if {sink for output in node.outputs for sink in _sinks(output)} <= taken
-        )
+    def shaded(self) -> frozenset[tuple[int, str]]:
+        """Mix factors that are shaded at run time: pointer of the node, identifier of the input."""
+        return frozenset(self._shaded)
 
     def report(self, effect: str) -> None:
         self.effects[effect] = None
@@ -132,17 +128,8 @@ class ShaderReader:
             found = _fresnel_curve(build, ior)
         else:
             found = _facing_curve(build, context.value(node.inputs["Blend"]))
-        self._factors.setdefault(node, set()).add((socket.node, socket.identifier))
+        self._shaded.add((socket.node.as_pointer(), socket.identifier))
         return found
-
-
-def _sinks(output: Any) -> Iterator[tuple[Any, str]]:
-    """Node and identifier of each input that an output ends in, beyond reroutes."""
-    for link in output.links:
-        if link.to_node.bl_idname == "NodeReroute":
-            yield from _sinks(link.to_node.outputs[0])
-        else:
-            yield link.to_node, link.to_socket.identifier
 
 
 def _fresnel_curve(build: ExpressionBuilder, ior: Expression) -> tuple[ViewWeight, Expression]:
@@ -194,6 +181,27 @@ class _ClosureInputs:
         socket = find_socket(self.node.inputs, "Normal")
         return self.context.value(socket) if self.context.is_linked(socket) else None
 
+    def tangent(self, rotation: str) -> Expression:
+        """The direction of anisotropy: the Tangent input turned about the normal by so many
+        rounds, where Cycles takes the surface's own tangent for none."""
+        tree = self.build.tree
+        socket = find_socket(self.node.inputs, "Tangent")
+        if self.context.is_linked(socket):
+            tangent = self.context.value(socket)
+        else:
+            tangent = Socket(tree.nodes.new("ShaderNodeNewGeometry"), "Tangent", 3)
+        turns = self.value(rotation)
+        if is_zero(turns):
+            return tangent
+        turned = tree.nodes.new("ShaderNodeVectorRotate")
+        turned.rotation_type = "AXIS_ANGLE"
+        self.build.assign(turned.inputs["Vector"], tangent)
+        normal = specialize_lobes.unit_normal(self.build, self.normal)
+        self.build.assign(turned.inputs["Axis"], normal)
+        angle = self.build.multiply(turns, Constant((2.0 * math.pi,)))
+        self.build.assign(turned.inputs["Angle"], angle)
+        return Socket(turned, "Vector", 3)
+
     def approximate(self, what: str) -> None:
         self.report(f"the {self.node.bl_label} node '{self.node.name}': {what}")
 
@@ -237,6 +245,10 @@ def _principled(inputs: _ClosureInputs) -> Lobes:
         distribution=_PRINCIPLED_DISTRIBUTIONS[inputs.node.distribution],
         normal=inputs.normal,
     )
+    if inputs.used("Anisotropic"):
+        aspect = _metal_aspect(build, inputs.unit("Anisotropic"))
+        tangent = inputs.tangent("Anisotropic Rotation")
+        lobe = replace(lobe, aspect=aspect, tangent=tangent)
     emission = _emission(build, inputs.value("Emission Color"), inputs.value("Emission Strength"))
     lobes = Lobes((lobe,), emission)
     if inputs.used("Coat Weight"):
@@ -272,13 +284,18 @@ _GLOSSY_DISTRIBUTIONS = {
 }
 
 
+def _metal_aspect(build: ExpressionBuilder, anisotropy: Expression) -> Expression:
+    """Of the Principled and the Metallic BSDF: sqrt(1 - 0.9 a)."""
+    rest = build.complement(build.multiply(anisotropy, Constant((0.9,))))
+    return build.power(rest, Constant((0.5,)))
+
+
 def _report_principled(inputs: _ClosureInputs) -> None:
     for identifier, effect in (
         ("Transmission Weight", "transmitted light is left out, only reflection is shown"),
         ("Subsurface Weight", "subsurface scattering is shown as diffuse"),
         ("Sheen Weight", "sheen is left out"),
         ("Thin Film Thickness", "the thin film is left out"),
-        ("Anisotropic", "anisotropic reflection is shown as isotropic"),
     ):
         if inputs.used(identifier):
             inputs.approximate(effect)
@@ -354,17 +371,24 @@ def _reflecting(
 
 
 def _glossy(inputs: _ClosureInputs) -> Lobes:
-    if inputs.used("Anisotropy"):
-        inputs.approximate("anisotropic reflection is shown as isotropic")
+    build = inputs.build
     colour = inputs.positive("Color")
     distribution = _GLOSSY_DISTRIBUTIONS[inputs.node.distribution]
-    return _reflecting(inputs, colour, colour, inputs.unit("Roughness"), distribution)
+    lobes = _reflecting(inputs, colour, colour, inputs.unit("Roughness"), distribution)
+    if is_zero(inputs.value("Anisotropy")):
+        return lobes
+    # Alpha is divided by 1 + a along the tangent where a < 0, else multiplied with 1 - a.
+    anisotropy = build.minimum(inputs.value("Anisotropy"), Constant((0.99,)))
+    anisotropy = build.maximum(anisotropy, Constant((-0.99,)))
+    below = build.add(ONE, build.minimum(anisotropy, ZERO))
+    above = build.divide(ONE, build.complement(build.maximum(anisotropy, ZERO)))
+    aspect = build.multiply(below, above)
+    tangent = inputs.tangent("Rotation")
+    return Lobes.of(replace(lobes.each[0], aspect=aspect, tangent=tangent))
 
 
 def _metallic(inputs: _ClosureInputs) -> Lobes:
     build = inputs.build
-    if inputs.used("Anisotropy"):
-        inputs.approximate("anisotropic reflection is shown as isotropic")
     if inputs.used("Thin Film Thickness"):
         inputs.approximate("the thin film is left out")
     if inputs.node.fresnel_type == "F82":
@@ -380,7 +404,11 @@ def _metallic(inputs: _ClosureInputs) -> Lobes:
         inputs.unit("Roughness"),
         _GLOSSY_DISTRIBUTIONS[inputs.node.distribution],
     )
-    return Lobes.of(replace(lobes.each[0], specular_dip=dip))
+    lobe = replace(lobes.each[0], specular_dip=dip)
+    if inputs.used("Anisotropy"):
+        aspect = _metal_aspect(build, inputs.unit("Anisotropy"))
+        lobe = replace(lobe, aspect=aspect, tangent=inputs.tangent("Rotation"))
+    return Lobes.of(lobe)
 
 
 def conductor(

@@ -133,6 +133,13 @@ class ExpressionBuilder:
         """A to the power of b, for a >= 0 and b > 0."""
         return self._apply("POWER", lambda x, y: x**y, a, b)
 
+    def normalize(self, a: Expression) -> Expression:
+        """A at unit length; the zero vector for none."""
+        if isinstance(a, Constant):
+            size = math.hypot(*a.values)
+            return Constant(tuple(x / size if size else 0.0 for x in a.values))
+        return self._made_once("ShaderNodeVectorMath", "NORMALIZE", "Vector", a, ZERO)
+
     def mean(self, a: Expression) -> Expression:
         """The mean of the components."""
         if a.components == 1:

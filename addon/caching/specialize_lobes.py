@@ -64,6 +64,8 @@ class Lobe:
     specular_dip: Expression = BLACK
     roughness: Expression = ONE
     distribution: Expression = ZERO
+    aspect: Expression = ONE
+    tangent: Expression | None = None
     translucent_color: Expression = BLACK
     normal: Expression | None = None
     view: ViewWeight = FULL_VIEW
@@ -221,7 +223,7 @@ def _seen_by(
 
 
 # Parameters in which lobes agree, or are not one: those of what they hold.
-_OF_SPECULAR = ("roughness", "distribution")
+_OF_SPECULAR = ("roughness", "distribution", "aspect", "tangent")
 _OF_DIFFUSE = ("diffuse_roughness", "layer_f0", "layer_f90")
 
 
@@ -265,6 +267,8 @@ def _sum(build: ExpressionBuilder, a: Lobe, b: Lobe) -> Lobe:
         **sums,
         roughness=specular.roughness,
         distribution=specular.distribution,
+        aspect=specular.aspect,
+        tangent=specular.tangent,
         diffuse_roughness=diffuse.diffuse_roughness,
         layer_f0=layer.layer_f0,
         layer_f90=layer.layer_f90,
@@ -318,10 +322,7 @@ def unit_normal(build: ExpressionBuilder, normal: Expression | None) -> Expressi
     """A lobe's normal at unit length, as Cycles' closures take it."""
     if normal is None:
         return shading_normal(build)
-    node = build.tree.nodes.new("ShaderNodeVectorMath")
-    node.operation = "NORMALIZE"
-    build.assign(node.inputs[0], normal)
-    return Socket(node, "Vector", 3)
+    return build.normalize(normal)
 
 
 # Where a field of the channel table is in a lobe.
@@ -341,6 +342,8 @@ def reads(lobe: Lobe, part: str) -> bool:
     """Whether a lobe reads the fields of a part (see `Channel.part`)."""
     if part == "diffuse":
         return lobe.has_diffuse
+    if part == "tangent":
+        return lobe.has_specular and lobe.tangent is not None
     if part in ("layer", "specular"):
         return lobe.has_specular or lobe.has_layer
     if part == "translucent":

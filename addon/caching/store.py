@@ -379,13 +379,17 @@ class CacheStore:
         parts = _read_parts(path)
         channels, wide = {}, set()
         for name in self.plan.stored:
-            is_normal = CHANNEL_BY_NAME[name].field == "normal"
-            components = 1 if is_normal else self.plan.components(name)
+            is_direction = CHANNEL_BY_NAME[name].is_direction
+            components = 1 if is_direction else self.plan.components(name)
             shape = (camera.resolution, camera.resolution, components)
             pixels = parts.get(name)
-            if pixels is None or pixels.shape != shape or (pixels.dtype == np.uint32) != is_normal:
+            if (
+                pixels is None
+                or pixels.shape != shape
+                or (pixels.dtype == np.uint32) != is_direction
+            ):
                 raise InputError(f"{path} lacks the channel {name}; {_BAKE_AGAIN}")
-            if is_normal:
+            if is_direction:
                 channels[name] = from_words(pixels)
                 continue
             if CHANNEL_BY_NAME[name].precision == "half" and pixels.dtype != np.float16:
@@ -394,7 +398,7 @@ class CacheStore:
         if "depth" in channels:
             nothing = channels["depth"] == 0.0
             for name, values in channels.items():
-                if CHANNEL_BY_NAME[name].field == "normal":
+                if CHANNEL_BY_NAME[name].is_direction:
                     np.copyto(values, np.float32(0.0), where=nothing)
         return DeepFramebuffer(camera, channels, frozenset(wide))
 
@@ -592,7 +596,7 @@ class CacheStore:
 def _parts_of(framebuffer: DeepFramebuffer) -> dict[str, NDArray[Any]]:
     parts: dict[str, NDArray[Any]] = {}
     for name, pixels in framebuffer.channels.items():
-        if CHANNEL_BY_NAME[name].field == "normal":
+        if CHANNEL_BY_NAME[name].is_direction:
             parts[name] = to_words(pixels)
         else:
             is_half = framebuffer.precision(name) == "half"

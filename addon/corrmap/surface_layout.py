@@ -96,6 +96,7 @@ class SurfaceLayout:
             "HAS_SPECULAR": ("specular_f0", "specular_f90", "layer_f0", "layer_f90"),
             "HAS_DIP": ("specular_dip",),
             "HAS_DISTRIBUTION": ("distribution",),
+            "HAS_ASPECT": ("aspect",),
             "HAS_ROUGH_DIFFUSE": ("diffuse_roughness",),
             "HAS_TRANSLUCENT": ("translucent_color",),
             "HAS_VIEW_WEIGHT": ("view_slope", "view_base"),
@@ -114,9 +115,9 @@ class SurfaceLayout:
 
     def write_glsl(self) -> str:
         """`write_values(CachedSurface, vec3 n)` and `write_means(int column, vec3 n)`, for the
-        outputs in `value_names`. Normals are made unit; where they cancelled, n takes their
-        place, as it does for a material's mean."""
-        normals = [name for name in self.plan.stored if CHANNEL_BY_NAME[name].field == "normal"]
+        outputs in `value_names`. Directions are made unit; where they cancelled, n takes their
+        place, as it does for a material's mean (a tangent along n is none: see bsdf.glsl)."""
+        normals = [name for name in self.plan.stored if CHANNEL_BY_NAME[name].is_direction]
         lines = ["void write_values(CachedSurface s, vec3 n)", "{"]
         for name in normals:
             lines.append(f"  float size_{name} = dot(s.{name}, s.{name});")

@@ -41,6 +41,7 @@ class Lobe:
         self.roughness = get("roughness")
         self.distribution = get("distribution")
         self.diffuse_color, self.diffuse_roughness = get("diffuse_color"), get("diffuse_roughness")
+        self.aspect, self.tangent = get("aspect"), get("tangent")
         self.translucent_color = get("translucent_color")
         self.f0, self.f90, self.dip = get("specular_f0"), get("specular_f90"), get("specular_dip")
         self.layer_f0, self.layer_f90 = get("layer_f0"), get("layer_f90")
@@ -140,19 +141,34 @@ class Lobe:
         NoH, LoH = np.where(lit, dot(N, H), 1.0), np.clip(dot(L, H), 1e-12, 1.0)
         slope = np.linalg.norm(np.cross(N, H), axis=-1) / NoH
         disk_sq = cell_sq / (4.0 * LoH)
-        D = ggx_mean(slope, self.roughness**2, np.sqrt(disk_sq)) / NoH**4
-        lambdas = sum(
-            0.5 * (np.sqrt(1.0 + alpha_sq * (1.0 / c**2 - 1.0)) - 1.0) for c in (NoV, NoL)
-        )
+        Y = np.cross(N, self.tangent)
+        Y = Y / np.linalg.norm(Y, axis=-1, keepdims=True)
+        X = np.cross(Y, N)
+        ax, ay = self.roughness**2 / self.aspect, self.roughness**2 * self.aspect
+
+        def masked(along: Array) -> Array:
+            """Heitz 2014, eq. 80: alpha projected on the direction's azimuth, squared."""
+            x, y = dot(along, X) ** 2, dot(along, Y) ** 2
+            return np.asarray((x * ax**2 + y * ay**2) / np.maximum(x + y, 1e-300))
+
+        # The slopes' plane, stretched so that the lobe is round.
+        hx, hy = dot(H, X) ** 2, dot(H, Y) ** 2
+        stretch = (hx + hy) / np.maximum(hx * self.aspect**2 + hy / self.aspect**2, 1e-300)
+        round_sq = stretch * alpha_sq
+        pairs = ((NoV, masked(V)), (NoL, masked(L)))
+        D = stretch * ggx_mean(slope, np.sqrt(round_sq), np.sqrt(disk_sq)) / NoH**4
+        lambdas = sum(0.5 * (np.sqrt(1.0 + a * (1.0 / c**2 - 1.0)) - 1.0) for c, a in pairs)
         shape = D / (4.0 * NoV * (1.0 + lambdas))
-        wide = alpha_sq + 0.5 * disk_sq
+        wide = round_sq + 0.5 * disk_sq
         with np.errstate(divide="ignore", over="ignore", invalid="ignore"):
-            D = np.exp(-(slope**2) / wide) / (np.pi * wide * NoH**4)
-            beckmann = D / (4.0 * NoV * (1.0 + sum(_beckmann(c, alpha_sq) for c in (NoV, NoL))))
-            n = np.maximum(2.0 / wide - 2.0, 0.0)
+            D = stretch * np.exp(-(slope**2) / wide) / (np.pi * wide * NoH**4)
+            beckmann = D / (4.0 * NoV * (1.0 + sum(_beckmann(c, a) for c, a in pairs)))
+            n = 2.0 / wide - 2.0
+            norms = [np.maximum(2.0 / (a**2 + 0.5 * disk_sq) - 1.0, 0.0) for a in (ax, ay)]
             log_cos = -0.5 * np.log1p(slope**2)
             pump = 1.0 / np.maximum(1e-6, np.maximum(LoH, 1e-6) * np.maximum(NoV, NoL))
-            ashikhmin = NoL * (n + 1.0) / (8.0 * np.pi) * np.exp(n * log_cos) * pump
+            norm = np.sqrt(norms[0] * norms[1])
+            ashikhmin = NoL * norm / (8.0 * np.pi) * np.exp(n * log_cos) * pump
         shape = np.choose(self.distribution.astype(np.int64), [shape, shape, beckmann, ashikhmin])
         schlick = ((1.0 - LoH) ** 5)[..., None]
         dielectric = np.vectorize(dielectric_weight)(LoH, self.ratio)[..., None]

@@ -114,12 +114,11 @@ float lambda_beckmann(float cosine, float alpha_sq)
   return a < 1.6 ? (1.0 - 1.259 * a + 0.396 * a * a) / (3.535 * a + 2.181 * a * a) : 0.0;
 }
 
-/* Ashikhmin and Shirley, An Anisotropic Phong BRDF Model (2000), with equal exponents and without
- * its diffuse part; the exponent of a roughness is Cycles' 2 / alpha^2 - 2. Times NoL, without
- * Fresnel. */
-float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float alpha_sq, float disk_sq)
+/* Ashikhmin and Shirley, An Anisotropic Phong BRDF Model (2000), without its diffuse part, with
+ * exponent n at H and `norm` sqrt((n_x + 1)(n_y + 1)). An axis' exponent is Cycles'
+ * 2 / alpha^2 - 2. Times NoL, without Fresnel. */
+float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float n, float norm)
 {
-  float n = max(2.0 / (alpha_sq + 0.5 * disk_sq) - 2.0, 0.0);
   float NoV = dot(N, V);
   float NoL = dot(N, L);
   /* log(NoH^2) = log(1 - sin^2) from the sine, which keeps its digits in a narrow lobe. */
@@ -128,7 +127,7 @@ float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float alpha_sq, float di
   float log_cos = sine_sq < 1e-3 ? -0.5 * sine_sq * (1.0 + 0.5 * sine_sq) :
                                    log(max(dot(N, H), 1e-20));
   float pump = 1.0 / max(1e-6, max(abs(dot(H, V)), 1e-6) * max(NoV, NoL));
-  return NoL * (n + 1.0) / (8.0 * PI) * exp(n * log_cos) * pump;
+  return NoL * norm / (8.0 * PI) * exp(n * log_cos) * pump;
 }
 
 bool bounces_between_facets(Lobe lobe)
@@ -214,6 +213,46 @@ vec3 specular_normal(vec3 N, vec3 Ng, vec3 V)
   return sin(angle) * X + cos(angle) * Ng;
 }
 
+/* Squared alpha of a lobe as the directions see it: of an anisotropic one, what an isotropic lobe
+ * would need for the same slope of H, and for the same masking of V and L (Heitz 2014, eq. 80).
+ * `stretch` is that of H over the product of both axes' alphas, by which the densities differ. */
+struct Alphas {
+  float half_sq;
+  float view_sq;
+  float light_sq;
+  float stretch;
+};
+
+Alphas lobe_alphas(Lobe lobe, vec3 N, vec3 V, vec3 L, vec3 H)
+{
+  float alpha = lobe.roughness * lobe.roughness;
+  float alpha_sq = alpha * alpha;
+  Alphas a = Alphas(alpha_sq, alpha_sq, alpha_sq, 1.0);
+#ifdef HAS_ASPECT
+  vec3 Y = cross(N, lobe.tangent);
+  float length_sq = dot(Y, Y);
+  if (lobe.aspect == 1.0 || length_sq <= 0.0) {
+    return a;
+  }
+  Y *= inversesqrt(length_sq);
+  vec3 X = cross(Y, N);
+  float wide = 1.0 / (lobe.aspect * lobe.aspect);
+  vec2 axes = vec2(wide, 1.0 / wide); /* of alpha_x^2 and alpha_y^2, over alpha^2 */
+  vec2 h = vec2(dot(H, X), dot(H, Y));
+  vec2 v = vec2(dot(V, X), dot(V, Y));
+  vec2 l = vec2(dot(L, X), dot(L, Y));
+  h *= h;
+  v *= v;
+  l *= l;
+  float sum_h = h.x + h.y;
+  a.stretch = sum_h > 0.0 ? sum_h / dot(h, axes.yx) : 1.0; /* 1 / axes = axes.yx */
+  a.half_sq *= a.stretch;
+  a.view_sq *= v.x + v.y > 0.0 ? dot(v, axes) / (v.x + v.y) : 1.0;
+  a.light_sq *= l.x + l.y > 0.0 ? dot(l, axes) / (l.x + l.y) : 1.0;
+#endif
+  return a;
+}
+
 /* The microfacet lobe with Fresnel, times NoL. `cell_sq` is the squared angular radius of the part
  * of the light that L stands for. */
 vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo)
@@ -240,17 +279,24 @@ vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo
   float ratio = layer_ratio(lobe.layer);
   vec3 F = fresnel_mix(lobe, schlick_weight(LoH), dielectric_weight(LoH, ratio));
   F = max(F - edge_tint(lobe, LoH), vec3(0.0));
+  Alphas a = lobe_alphas(lobe, N, V, L, H);
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 2.5) {
-    return F * ashikhmin_shirley(N, V, L, H, alpha_sq, disk_sq);
+    float wide = 0.5 * disk_sq;
+    float n = 2.0 / (a.half_sq + wide) - 2.0;
+    /* Of the axes' exponents n_x and n_y, sqrt((n_x + 1)(n_y + 1)). */
+    float ratio_sq = lobe.aspect * lobe.aspect;
+    float norm = sqrt(max(2.0 / (alpha_sq / ratio_sq + wide) - 1.0, 0.0) *
+                      max(2.0 / (alpha_sq * ratio_sq + wide) - 1.0, 0.0));
+    return F * ashikhmin_shirley(N, V, L, H, n, norm);
   }
   if (lobe.distribution > 1.5) {
-    float masked = 1.0 + lambda_beckmann(NoV, alpha_sq) + lambda_beckmann(NoL, alpha_sq);
-    return F * (D_beckmann(N, H, alpha_sq, disk_sq) / (4.0 * NoV * masked));
+    float masked = 1.0 + lambda_beckmann(NoV, a.view_sq) + lambda_beckmann(NoL, a.light_sq);
+    return F * (a.stretch * D_beckmann(N, H, a.half_sq, disk_sq) / (4.0 * NoV * masked));
   }
 #endif
-  float visible = 1.0 + lambda_ggx(NoV, alpha_sq) + lambda_ggx(NoL, alpha_sq);
+  float visible = 1.0 + lambda_ggx(NoV, a.view_sq) + lambda_ggx(NoL, a.light_sq);
   /* D G F / (4 NoV NoL) * NoL */
   return F * lobe_multiscatter(lobe, albedo) *
-         (D_ggx(N, H, alpha_sq, disk_sq) / (4.0 * NoV * visible));
+         (a.stretch * D_ggx(N, H, a.half_sq, disk_sq) / (4.0 * NoV * visible));
 }

@@ -15,6 +15,8 @@ struct Lobe {
   vec3 dip;
   float roughness;
   float distribution;
+  float aspect;
+  vec3 tangent;
   vec3 translucent_color;
   float view_base;
   float view_slope;

@@ -103,10 +103,11 @@ def cycles_picture(scene: Any, path: Path, samples: int) -> NDArray[np.float64]:
     scene.render.filepath = str(path)
     bpy.ops.render.render(write_still=True)
     image: Any = bpy.data.images.load(str(path))
-    pixels = np.empty(SIZE * SIZE * 4, dtype=np.float32)
+    width, height = image.size
+    pixels = np.empty(width * height * 4, dtype=np.float32)
     image.pixels.foreach_get(pixels)
     bpy.data.images.remove(image)
-    return pixels.reshape(SIZE, SIZE, 4).astype(np.float64)
+    return pixels.reshape(height, width, 4).astype(np.float64)
 
 
 def relit_picture(

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -227,6 +228,7 @@ def test_the_lock_of_a_folder_that_is_made_again(tmp_path: Path) -> None:
     waiting = threading.Thread(target=wait)
     with locked(tmp_path):
         waiting.start()
+        time.sleep(0.3)  # it waits for the file that goes now
         (tmp_path / LOCK_NAME).unlink()
         again = locked(tmp_path)
         again.__enter__()

@@ -9,7 +9,7 @@ specular level and tinted, and a diffuse lobe that the dielectric lobe's albedo 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 

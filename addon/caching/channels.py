@@ -41,12 +41,22 @@ MAX_LOBES = 4
 
 
 class Distribution(IntEnum):
-    """Values of the channel `distribution`: microfacet models, by Cycles' names."""
+    """Values of the channel `distribution`: Cycles' microfacet models, and those of the papers."""
 
     MULTI_GGX = 0
     GGX = 1
     BECKMANN = 2
     ASHIKHMIN_SHIRLEY = 3
+    PHONG = 4
+    BLINN = 5
+    COOK_TORRANCE = 6
+
+
+class DiffuseModel(IntEnum):
+    """Values of the channel `diffuse_model`."""
+
+    OREN_NAYAR = 0
+    MINNAERT = 1
 
 
 class ViewCurve(IntEnum):
@@ -112,7 +122,9 @@ _LOBE = (
     Channel("diffuse_color", 3, "linear Rec.709", "1", "half", "diffuse", (0.0, 0.0, 0.0),
             "albedo of the diffuse base"),
     Channel("diffuse_roughness", 1, "none", "1", "half", "diffuse", (0.0,),
-            "roughness of the diffuse base; 0 is Lambert's"),
+            "roughness of the diffuse base; 0 is Lambert's. Minnaert's exponent where that is it"),
+    Channel("diffuse_model", 1, "none", "1", "half", "diffuse", (0.0,),
+            "model of the diffuse base: 0 Cycles' (Oren-Nayar), 1 Minnaert"),
     Channel("layer_f0", 1, "none", "1", "half", "layer", (0.0,),
             "reflectance at normal incidence of the dielectric layer over the diffuse base"),
     Channel("layer_f90", 1, "none", "1", "half", "layer", (0.0,),
@@ -128,7 +140,8 @@ _LOBE = (
     Channel("roughness", 1, "none", "1", "half", "specular", (1.0,),
             "Blender's roughness; alpha is its square"),
     Channel("distribution", 1, "none", "1", "half", "specular", (0.0,),
-            "microfacet distribution: 0 multiscatter GGX, 1 GGX, 2 Beckmann, 3 Ashikhmin-Shirley"),
+            "microfacet distribution: 0 multiscatter GGX, 1 GGX, 2 Beckmann, 3 Ashikhmin-Shirley; "
+            "4 Phong, 5 Blinn, 6 Cook-Torrance"),
     Channel("aspect", 1, "none", "1", "half", "specular", (1.0,),
             "what alpha is divided by along the tangent, and multiplied with across it"),
     Channel("tangent", 3, "world", "1", "half", "tangent", (1.0, 0.0, 0.0),

@@ -11,6 +11,7 @@ import bpy
 from ..scene.geometry import SceneGeometry
 from ..scene.node_use import used_nodes
 from ..scene.tree_lines_reader import tree_lines
+from .material_model import material_model
 from .scene_state import SceneState
 from .surfaces import MaterialState, Surfaces, object_states, short_digest
 
@@ -56,7 +57,8 @@ def read_state(
 def _material_state(material: Any, frame: int) -> MaterialState:
     if material is None:
         return MaterialState(short_digest("none"))
-    lines = [f"{material.pass_index} {tuple(material.diffuse_color)}\n"]
+    model = material_model(material)
+    lines = [f"{material.pass_index} {tuple(material.diffuse_color)} {model}\n"]
     feels_near = False
     if material.node_tree is not None:
         lines += tree_lines(material.node_tree)

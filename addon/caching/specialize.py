@@ -17,6 +17,7 @@ from typing import Any
 import bpy
 
 from .channels import CHANNEL_BY_NAME, Channel
+from .material_model import MODEL_NAMES, material_model, remodelled
 from .material_plan import expression_of_surface, plan_channels
 from .plan import ChannelPlan
 from .specialize_closures import DEFAULT_SURFACE, ShaderReader
@@ -139,6 +140,10 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     if _is_displaced(original, output):
         reader.report("its displacement is shown as bump")
     lobes = _unpremultiplied(context, lobes)
+    model, limb = material_model(original)
+    if model != MODEL_NAMES[0]:
+        lobes = remodelled(lobes, model, limb)
+        reader.report(f"its reflection model is {model}, which Cycles' own render does not show")
     for effect in view_dependent_effects(output, reader.shaded):
         reader.report(effect)
     return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))

@@ -56,6 +56,7 @@ class Lobe:
 
     diffuse_color: Expression = BLACK
     diffuse_roughness: Expression = ZERO
+    diffuse_model: Expression = ZERO
     layer_f0: Expression = ZERO
     layer_f90: Expression = ZERO
     specular_f0: Expression = BLACK
@@ -224,7 +225,7 @@ def _seen_by(
 
 # Parameters in which lobes agree, or are not one: those of what they hold.
 _OF_SPECULAR = ("roughness", "distribution", "aspect", "tangent")
-_OF_DIFFUSE = ("diffuse_roughness", "layer_f0", "layer_f90")
+_OF_DIFFUSE = ("diffuse_roughness", "diffuse_model", "layer_f0", "layer_f90")
 
 
 def _join(build: ExpressionBuilder, each: list[Lobe], lobe: Lobe) -> None:
@@ -270,6 +271,7 @@ def _sum(build: ExpressionBuilder, a: Lobe, b: Lobe) -> Lobe:
         aspect=specular.aspect,
         tangent=specular.tangent,
         diffuse_roughness=diffuse.diffuse_roughness,
+        diffuse_model=diffuse.diffuse_model,
         layer_f0=layer.layer_f0,
         layer_f90=layer.layer_f90,
     )

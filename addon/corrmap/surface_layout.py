@@ -98,6 +98,7 @@ class SurfaceLayout:
             "HAS_DISTRIBUTION": ("distribution",),
             "HAS_ASPECT": ("aspect",),
             "HAS_ROUGH_DIFFUSE": ("diffuse_roughness",),
+            "HAS_DIFFUSE_MODEL": ("diffuse_model",),
             "HAS_TRANSLUCENT": ("translucent_color",),
             "HAS_VIEW_WEIGHT": ("view_slope", "view_base"),
         }

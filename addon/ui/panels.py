@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..caching.material_model import MODEL_NAMES
 from ..scene.caching_collection_reader import caching_collection
 from . import job
 from .cache_folder import SUFFIX
@@ -207,7 +208,38 @@ class RELUME_PT_camera(bpy.types.Panel):
         layout.prop(context.camera.relume, "resolution")
 
 
-CLASSES = (RELUME_PT_cache, RELUME_PT_sampling, RELUME_PT_film, RELUME_PT_light, RELUME_PT_camera)
+class RELUME_PT_material(bpy.types.Panel):
+    """What Blender's material panels lack."""
+
+    bl_label = "Relume"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "material"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine == ENGINE and context.material is not None
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        settings = context.material.relume
+        layout.prop(settings, "model")
+        if settings.model == "MINNAERT":
+            layout.prop(settings, "limb")
+        if settings.model != MODEL_NAMES[0]:
+            layout.label(text="Not in Cycles' renders", icon="INFO")
+
+
+CLASSES = (
+    RELUME_PT_cache,
+    RELUME_PT_sampling,
+    RELUME_PT_film,
+    RELUME_PT_light,
+    RELUME_PT_camera,
+    RELUME_PT_material,
+)
 
 
 def register() -> None:

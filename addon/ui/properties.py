@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Relume keeps in the .blend, as scene.relume and camera.relume."""
+"""What Relume keeps in the .blend, as scene.relume, camera.relume and material.relume."""
 
 from __future__ import annotations
 
 import bpy
 
+from ..caching.material_model import DEFAULT_LIMB, MODELS
 from ..caching.presets import DEFAULT_PRESET, PRESETS
 from ..camplace.settings import RESOLUTIONS, PlacementSettings
 from ..sampling import PICTURE_SAMPLES
@@ -65,6 +66,30 @@ class RELUME_PG_camera(bpy.types.PropertyGroup):
             "The preset may allow fewer",
             items=_RESOLUTION_ITEMS,
             default=_RESOLUTION_ITEMS[-1][0],
+        ),
+    }
+
+
+class RELUME_PG_material(bpy.types.PropertyGroup):
+    """What a material has that Blender's materials lack."""
+
+    __annotations__ = {
+        "model": bpy.props.EnumProperty(
+            name="Reflection",
+            description="The model that Relume shades this material with. Other models than "
+            "Cycles' own are not in Cycles' renders",
+            items=MODELS,
+            default=MODELS[0][0],
+        ),
+        "limb": bpy.props.FloatProperty(
+            name="Limb",
+            description="Minnaert's exponent: 1 is Lambert's model, less is brighter toward the "
+            "outline, more is darker there",
+            default=DEFAULT_LIMB,
+            min=0.0,
+            soft_min=0.5,
+            max=8.0,
+            soft_max=2.0,
         ),
     }
 
@@ -174,16 +199,18 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
 
 
 def register() -> None:
-    """Give every scene and camera its settings."""
-    for cls in (RELUME_PG_camera, RELUME_PG_settings):
+    """Give every scene, camera and material its settings."""
+    for cls in (RELUME_PG_camera, RELUME_PG_material, RELUME_PG_settings):
         bpy.utils.register_class(cls)
     bpy.types.Camera.relume = bpy.props.PointerProperty(type=RELUME_PG_camera)
+    bpy.types.Material.relume = bpy.props.PointerProperty(type=RELUME_PG_material)
     bpy.types.Scene.relume = bpy.props.PointerProperty(type=RELUME_PG_settings)
 
 
 def unregister() -> None:
     """Take them away again; what a .blend saved of them stays in it."""
     del bpy.types.Scene.relume
+    del bpy.types.Material.relume
     del bpy.types.Camera.relume
-    for cls in (RELUME_PG_settings, RELUME_PG_camera):
+    for cls in (RELUME_PG_settings, RELUME_PG_material, RELUME_PG_camera):
         bpy.utils.unregister_class(cls)

@@ -42,6 +42,7 @@ class Lobe:
         self.distribution = get("distribution")
         self.diffuse_color, self.diffuse_roughness = get("diffuse_color"), get("diffuse_roughness")
         self.aspect, self.tangent = get("aspect"), get("tangent")
+        self.diffuse_model = get("diffuse_model")
         self.translucent_color = get("translucent_color")
         self.f0, self.f90, self.dip = get("specular_f0"), get("specular_f90"), get("specular_dip")
         self.layer_f0, self.layer_f90 = get("layer_f0"), get("layer_f90")
@@ -112,7 +113,12 @@ class Lobe:
         NoL = np.maximum(dot(self.N, L), 0.0)
         lambert = (NoL / np.pi)[..., None] * np.ones(3)
         is_rough = (self.diffuse_roughness > 1e-5)[..., None]
-        return self.diffuse_color * np.where(is_rough, self._oren_nayar(L, NoL), lambert)
+        base = np.where(is_rough, self._oren_nayar(L, NoL), lambert)
+        k, NoV = self.diffuse_roughness, np.maximum(dot(self.N, self.V), 0.01)
+        both = np.where(NoL > 0.0, NoL * NoV, 1.0)
+        minnaert = (k + 1.0) / (2.0 * np.pi) * both ** (k - 1.0) * NoL
+        is_minnaert = (self.diffuse_model == 1.0)[..., None]
+        return self.diffuse_color * np.where(is_minnaert, minnaert[..., None], base)
 
     def _oren_nayar(self, L: Array, NoL: Array) -> Array:
         sigma = np.clip(self.diffuse_roughness, 0.0, 1.0)
@@ -169,7 +175,17 @@ class Lobe:
             pump = 1.0 / np.maximum(1e-6, np.maximum(LoH, 1e-6) * np.maximum(NoV, NoL))
             norm = np.sqrt(norms[0] * norms[1])
             ashikhmin = NoL * norm / (8.0 * np.pi) * np.exp(n * log_cos) * pump
-        shape = np.choose(self.distribution.astype(np.int64), [shape, shape, beckmann, ashikhmin])
+            RoL = np.maximum(2.0 * NoV * NoL - dot(V, L), 1e-20)
+            n = np.maximum(2.0 / (alpha_sq + 0.5 * cell_sq) - 2.0, 0.0)
+            phong = NoL * (n + 2.0) / (2.0 * np.pi) * RoL**n
+            n = np.maximum(2.0 / (alpha_sq + 0.125 * cell_sq) - 2.0, 0.0)
+            blinn = NoL * (n + 8.0) / (8.0 * np.pi) * NoH**n
+            wide = alpha_sq + 0.5 * disk_sq
+            D = np.exp(-(slope**2) / wide) / (np.pi * wide * NoH**4)
+            G = np.minimum(1.0, 2.0 * NoH / LoH * np.minimum(NoV, NoL))
+            cook_torrance = D * G / (4.0 * NoV)
+        models = [shape, shape, beckmann, ashikhmin, phong, blinn, cook_torrance]
+        shape = np.choose(self.distribution.astype(np.int64), models)
         schlick = ((1.0 - LoH) ** 5)[..., None]
         dielectric = np.vectorize(dielectric_weight)(LoH, self.ratio)[..., None]
         F = self.f0 + (self.f90 - self.f0) * schlick + self.span * (dielectric - schlick)

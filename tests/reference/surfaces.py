@@ -190,7 +190,8 @@ def _random_extras(rng: np.random.Generator, shape: tuple[int, int], f0: Array) 
     return {
         "diffuse_roughness": rng.random(one) * (rng.random(one) < 0.7),
         "specular_dip": 4.0 * rng.random((*shape, 3)) * f0,
-        "distribution": rng.integers(0, 4, one).astype(np.float64),
+        "distribution": rng.integers(0, 7, one).astype(np.float64),
+        "diffuse_model": rng.integers(0, 2, one).astype(np.float64),
         "aspect": np.where(rng.random(one) < 0.5, 1.0, 0.3 + rng.random(one)),
         "tangent": _unit(rng.normal(size=(*shape, 3))),
         "translucent_color": rng.random((*shape, 3)) * (rng.random(one) < 0.5),

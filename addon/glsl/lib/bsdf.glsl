@@ -130,6 +130,32 @@ float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float n, float norm)
   return NoL * norm / (8.0 * PI) * exp(n * log_cos) * pump;
 }
 
+/* Phong, Illumination for Computer Generated Pictures (1975), and Blinn, Models of Light Reflection
+ * for Computer Synthesized Pictures (1977), times NoL, scaled to reflect no more than they get
+ * (Lafortune and Willems 1994; Akenine-Moeller et al., Real-Time Rendering, eq. 7.48). Both have
+ * the exponent 2 / alpha^2 - 2; a light's disk makes it blunter. */
+float phong_or_blinn(bool is_phong, vec3 N, vec3 V, vec3 L, vec3 H, float alpha_sq, float cell_sq)
+{
+  float NoL = dot(N, L);
+  if (is_phong) {
+    float n = max(2.0 / (alpha_sq + 0.5 * cell_sq) - 2.0, 0.0);
+    float RoL = max(2.0 * dot(N, V) * NoL - dot(V, L), 0.0);
+    return NoL * (n + 2.0) / (2.0 * PI) * pow(max(RoL, 1e-20), n);
+  }
+  float n = max(2.0 / (alpha_sq + 0.125 * cell_sq) - 2.0, 0.0);
+  return NoL * (n + 8.0) / (8.0 * PI) * pow(max(dot(N, H), 1e-20), n);
+}
+
+/* Cook and Torrance, A Reflectance Model for Computer Graphics (1982), times NoL, without Fresnel:
+ * Beckmann's facets, masked by V-shaped grooves; with the 4 of Walter et al. 2007 for their pi. */
+float cook_torrance(vec3 N, vec3 V, vec3 L, vec3 H, float alpha_sq, float disk_sq)
+{
+  float NoV = dot(N, V);
+  float groove = 2.0 * dot(N, H) / max(dot(V, H), 1e-20);
+  float G = min(1.0, groove * min(NoV, dot(N, L)));
+  return D_beckmann(N, H, alpha_sq, disk_sq) * G / (4.0 * NoV);
+}
+
 bool bounces_between_facets(Lobe lobe)
 {
 #ifdef HAS_DISTRIBUTION
@@ -281,6 +307,12 @@ vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo
   F = max(F - edge_tint(lobe, LoH), vec3(0.0));
   Alphas a = lobe_alphas(lobe, N, V, L, H);
 #ifdef HAS_DISTRIBUTION
+  if (lobe.distribution > 5.5) {
+    return F * cook_torrance(N, V, L, H, alpha_sq, disk_sq);
+  }
+  if (lobe.distribution > 3.5) {
+    return F * phong_or_blinn(lobe.distribution < 4.5, N, V, L, H, alpha_sq, cell_sq);
+  }
   if (lobe.distribution > 2.5) {
     float wide = 0.5 * disk_sq;
     float n = 2.0 / (a.half_sq + wide) - 2.0;

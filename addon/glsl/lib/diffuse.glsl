@@ -37,10 +37,27 @@ vec3 oren_nayar(Lobe lobe, vec3 V, vec3 L, float NoL)
 }
 #endif
 
+#ifdef HAS_DIFFUSE_MODEL
+/* Minnaert, The reciprocity principle in lunar photometry (1941), times NoL, with the factor that
+ * keeps the albedo at normal view: (k + 1) / (2 pi). With k below 1 it has a pole at grazing view,
+ * which starts at a hundredth. */
+float minnaert(Lobe lobe, vec3 V, float NoL)
+{
+  float k = lobe.diffuse_roughness;
+  float NoV = max(dot(lobe.N, V), 0.01);
+  return NoL > 0.0 ? (k + 1.0) / (2.0 * PI) * pow(NoL * NoV, k - 1.0) * NoL : 0.0;
+}
+#endif
+
 /* The diffuse base times NoL, without its layer. */
 vec3 diffuse_base(Lobe lobe, vec3 V, vec3 L)
 {
   float NoL = max(dot(lobe.N, L), 0.0);
+#ifdef HAS_DIFFUSE_MODEL
+  if (lobe.diffuse_model > 0.5) {
+    return lobe.diffuse_color * minnaert(lobe, V, NoL);
+  }
+#endif
 #ifdef HAS_ROUGH_DIFFUSE
   if (lobe.diffuse_roughness > 1e-5) { /* Cycles' own threshold */
     return lobe.diffuse_color * oren_nayar(lobe, V, L, NoL);

@@ -8,6 +8,7 @@ struct Lobe {
   vec3 N; /* unit shading normal */
   vec3 diffuse_color;
   float diffuse_roughness;
+  float diffuse_model;
   vec2 layer; /* f0 and f90 of the dielectric layer over the diffuse base */
   vec3 f0;
   vec3 f90;

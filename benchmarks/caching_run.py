@@ -82,18 +82,33 @@ def bake(scene_path: str, preset: str, cameras: str, cache: str, *options: str) 
 
 @contextmanager
 def nothing_rounded() -> Iterator[None]:
-    """Every channel counts as one that half precision does not hold, and is kept as float32."""
-    framebuffer: Any = import_module("addon.caching.framebuffer")
-    chosen = framebuffer.wide_channels
+    """Every channel counts as one that half precision does not hold, and is kept as float32 on
+    disk and on the GPU; directions count as any three numbers where they are stored and packed."""
+    from addon.caching.channels import CHANNEL_BY_NAME, Channel
+
+    class PlainChannel(Channel):
+        """One that has no code of its own."""
+
+        is_direction = False
 
     def all_of_them(channels: Any) -> frozenset[str]:
         return frozenset(channels)
 
-    framebuffer.wide_channels = all_of_them
+    plain = {name: PlainChannel(**vars(channel)) for name, channel in CHANNEL_BY_NAME.items()}
+    changes: list[tuple[str, str, Any]] = [
+        (module, "CHANNEL_BY_NAME", plain) for module in ("framebuffer", "store", "packing")
+    ]
+    changes.append(("framebuffer", "wide_channels", all_of_them))
+    kept: list[tuple[Any, str, Any]] = []
     try:
+        for name, key, value in changes:
+            module = import_module(f"addon.caching.{name}")
+            kept.append((module, key, getattr(module, key)))
+            setattr(module, key, value)
         yield
     finally:
-        framebuffer.wide_channels = chosen
+        for module, key, value in kept:
+            setattr(module, key, value)
 
 
 def textures(scene_path: str, cache: str) -> dict[str, Any]:
@@ -152,9 +167,10 @@ def error(  # noqa: PLR0917 - the words of one command line
     (view,) = read_views(scene, [camera], (width, height))
     at = {name: Path(folder) / f"{name}.exr" for name in ("reference", "shipped", "exact")}
     for name, cache in (("shipped", shipped), ("exact", exact)):
-        session = open_session(arrays, Path(cache), int(samples))
-        session.set_view(view)
-        picture = session.render()
+        with nothing_rounded() if name == "exact" else nullcontext():
+            session = open_session(arrays, Path(cache), int(samples))
+            session.set_view(view)
+            picture = session.render()
         write_exr(at[name], picture.combined)
         # Before the other cache takes its room.
         del session

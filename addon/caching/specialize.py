@@ -30,7 +30,7 @@ from .specialize_expression import (
     Socket,
     is_zero,
 )
-from .specialize_lobes import Lobe, Lobes, expression_of, scale, unit_normal
+from .specialize_lobes import Lobe, Lobes, Reporter, expression_of, scale, unit_normal
 from .specialize_tree import TreeContext
 from .view_dependence import view_dependent_effects
 
@@ -139,6 +139,7 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
         reader.report("its volume is left out")
     if _is_displaced(original, output):
         reader.report("its displacement is shown as bump")
+    _report_soft(lobes.transparency, reader.report)
     lobes = _unpremultiplied(context, lobes)
     model, limb = material_model(original)
     if model != MODEL_NAMES[0]:
@@ -155,6 +156,14 @@ def _is_displaced(material: Any, output: Any) -> bool:
         and output.inputs["Displacement"].is_linked
         and material.displacement_method != "BUMP"
     )
+
+
+def _report_soft(transparency: Expression, report: Reporter) -> None:
+    """Say of a surface that is half transparent all over that it will be there or not."""
+    if isinstance(transparency, Constant) and 0.0 < transparency.values[0] < 1.0:
+        opacity = 1.0 - transparency.values[0]
+        shown = "opaque" if opacity >= CUT_OUT_AT else "cut away"
+        report(f"it is {100.0 * opacity:.0f} % opaque, and is shown {shown}")
 
 
 def _unpremultiplied(context: TreeContext, lobes: Lobes) -> Lobes:

@@ -94,7 +94,7 @@ class ShaderReader:
         if by_view is None:
             factor = build.clamp(context.value(node.inputs[0]))
         else:
-            curve, factor = by_view
+            curve, factor, normal = by_view
         # A curve is 0 or 1 at the front only if it is so everywhere, or starts there.
         if is_zero(factor) and by_view is None:
             return self.shader(context, node.inputs[1])
@@ -103,13 +103,19 @@ class ShaderReader:
         first, second = (self.shader(context, node.inputs[i]) for i in (1, 2))
         if by_view is None:
             return specialize_lobes.mix(build, first, second, factor, self.report)
+        if any(lobe.normal != normal for lobe in (*first.each, *second.each)):
+            curved = source_of(node.inputs[0]).node
+            self.report(
+                f"the {curved.bl_label} node '{curved.name}' takes the normal of what it mixes, "
+                "not its own"
+            )
         return specialize_lobes.mix_by_view(build, first, second, curve, factor, self.report)
 
     def _view_curve(
         self, context: TreeContext, socket: Any
-    ) -> tuple[ViewWeight, Expression] | None:
-        """The curve of the view that a factor is, and its value where a surface is looked at
-        straight on; None for another factor."""
+    ) -> tuple[ViewWeight, Expression, Expression | None] | None:
+        """The curve of the view that a factor is, its value where a surface is looked at straight
+        on, and its normal as a lobe has it; None for another factor."""
         origin = context.origin(socket)
         if origin is None or origin[0] is not context:
             return None
@@ -118,6 +124,9 @@ class ShaderReader:
         if node.bl_idname == "ShaderNodeFresnel":
             # Cycles keeps 1e-5 as the smallest IOR; the same bound keeps this division defined.
             ior = build.maximum(context.value(node.inputs["IOR"]), Constant((1e-5,)))
+            if isinstance(ior, Constant) and ior.values[0] < 1.0:
+                # It reflects all from an angle on; the curve that is shaded is of an IOR above 1.
+                self.report(f"the Fresnel node '{node.name}': its IOR is below 1 and is inverted")
             found = _fresnel_curve(build, ior)
         elif node.bl_idname != "ShaderNodeLayerWeight":
             return None
@@ -129,7 +138,7 @@ class ShaderReader:
         else:
             found = _facing_curve(build, context.value(node.inputs["Blend"]))
         self._shaded.add((socket.node.as_pointer(), socket.identifier))
-        return found
+        return *found, context.normal(node.inputs["Normal"])
 
 
 def _fresnel_curve(build: ExpressionBuilder, ior: Expression) -> tuple[ViewWeight, Expression]:
@@ -178,8 +187,7 @@ class _ClosureInputs:
 
     @property
     def normal(self) -> Expression | None:
-        socket = find_socket(self.node.inputs, "Normal")
-        return self.context.value(socket) if self.context.is_linked(socket) else None
+        return self.context.normal(find_socket(self.node.inputs, "Normal"))
 
     def tangent(self, rotation: str) -> Expression:
         """The direction of anisotropy: the Tangent input turned about the normal by so many
@@ -329,7 +337,7 @@ def _coated(inputs: _ClosureInputs, base: Lobes) -> Lobes:
         dielectric=weight,
         roughness=roughness,
         distribution=_distribution(Distribution.GGX),
-        normal=inputs.context.value(socket) if inputs.context.is_linked(socket) else inputs.normal,
+        normal=inputs.context.normal(socket) or inputs.normal,
     )
     return specialize_lobes.add(build, under, Lobes.of(coat), inputs.report)
 

@@ -17,6 +17,7 @@ from .specialize_expression import (
     ExpressionBuilder,
     Socket,
     find_socket,
+    is_zero,
 )
 from .specialize_lobes import Lobes
 
@@ -100,6 +101,24 @@ class TreeContext:
         if source.node.bl_idname == "NodeGroupInput" and self.parent is not None:
             return self.parent.is_linked(find_socket(self.group_node.inputs, source.identifier))
         return True
+
+    def normal(self, socket: Any) -> Expression | None:
+        """What an input for a normal receives, None for the surface's own.
+
+        Cycles takes the value of a group's input for one where nothing is linked from outside,
+        unless that value is hidden or zero.
+        """
+        context, end = self, socket
+        source = source_of(socket)
+        while source is not None:
+            if source.node.bl_idname != "NodeGroupInput" or context.parent is None:
+                return self.value(socket)
+            end = find_socket(context.group_node.inputs, source.identifier)
+            context, source = context.parent, source_of(end)
+        value = default_value(end)
+        if context is self or end.hide_value or is_zero(value):
+            return None
+        return self.build.normalize(value)
 
     def origin(self, socket: Any) -> tuple[TreeContext, Any] | None:
         """The node output that a value comes from, followed out of (not into) groups."""

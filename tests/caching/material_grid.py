@@ -61,7 +61,11 @@ def empty_material(name: str) -> tuple[Any, Any]:
 
 def node_in(tree: Any, kind: str, **inputs: Any) -> Any:
     """A new node of a tree with values or links for its inputs (`Base_Color` is "Base Color")."""
-    node = tree.nodes.new(kind)
+    return set_inputs(tree, tree.nodes.new(kind), **inputs)
+
+
+def set_inputs(tree: Any, node: Any, **inputs: Any) -> Any:
+    """A node that is there, with values or links for its inputs."""
     for key, value in inputs.items():
         socket = node.inputs[key.replace("_", " ")]
         if isinstance(value, bpy.types.NodeSocket):

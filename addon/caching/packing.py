@@ -7,9 +7,9 @@ Every component takes the least that keeps its error out of sight:
 - normals are two numbers of 16 bits (see `octahedral`);
 - material numbers take 8 bits while they fit, else 16;
 - ambient occlusion takes 8 bits: it is smoothed from rays, and a step is a fifth of their noise;
-- albedos take 8 bits, as the square root of their share of the largest that their material has.
-  The root spreads the steps as a display does, so the error is at most half a step of 255 beside
-  that material's brightest texel, whatever light falls on it;
+- albedos and reflectances take 8 bits, as the square root of their share of the largest that their
+  material has. The root spreads the steps as a display does, so the error is at most half a step
+  of 255 beside that material's brightest texel, whatever light falls on it;
 - all else is half, and float32 where half does not hold it (see `precision`).
 """
 
@@ -36,6 +36,12 @@ TexelFormat = Literal[
     "R8", "RG8", "RGBA8", "R16", "RG16", "RGBA16",
     "R16F", "RG16F", "RGBA16F", "R32F", "RG32F", "RGBA32F",
 ]  # fmt: skip
+
+# Fields in which light is linear, and which are never below 0.
+_REFLECTANCES = {
+    "diffuse_color", "layer_f0", "layer_f90", "specular_f0", "specular_f90", "dielectric",
+    "translucent_color",
+}  # fmt: skip
 
 # Numbers of these kinds are stored as shares of the largest.
 _LARGEST_CODE = {"8": 255, "16": 65535}
@@ -81,11 +87,10 @@ class Packing:
     @property
     def scaled(self) -> tuple[str, ...]:
         """Channels that are stored as shares of the largest value that their material has."""
-        return tuple(name for name in self.stored if self._is_albedo(name))
+        return tuple(name for name in self.stored if self._is_share(name))
 
-    def _is_albedo(self, name: str) -> bool:
-        is_color = CHANNEL_BY_NAME[name].field in ("diffuse_color", "translucent_color")
-        return is_color and name not in self.wide
+    def _is_share(self, name: str) -> bool:
+        return CHANNEL_BY_NAME[name].field in _REFLECTANCES and name not in self.wide
 
     def _kind(self, name: str) -> Kind:
         if name == "material_id":
@@ -94,7 +99,7 @@ class Packing:
             return "16"
         if name in self.wide:
             return "32F"
-        if name == "ambient_occlusion" or self._is_albedo(name):
+        if name == "ambient_occlusion" or self._is_share(name):
             return "8"
         return "16F" if CHANNEL_BY_NAME[name].precision == "half" else "32F"
 

@@ -22,7 +22,7 @@ def random_channels(plan: ChannelPlan, seed: int = 3) -> dict[str, NDArray[np.fl
     channels = {}
     for name in plan.stored:
         values: NDArray[Any] = rng.random((SIDE, SIDE, plan.components(name)))
-        if CHANNEL_BY_NAME[name].field == "normal":
+        if CHANNEL_BY_NAME[name].is_direction:
             values -= 0.5
             values /= np.linalg.norm(values, axis=-1, keepdims=True)
         if name == "material_id":
@@ -41,7 +41,7 @@ def test_every_component_has_one_place(lobes: int) -> None:
         (c.name, index)
         for c in table
         if c.name != "depth"
-        for index in range(2 if c.field == "normal" else c.components)
+        for index in range(2 if c.is_direction else c.components)
     ]
     assert sorted(components) == sorted(expected)
     for texture in packing.textures:
@@ -67,13 +67,13 @@ def test_packed_pixels_hold_the_components() -> None:
     channels = random_channels(plan)
     largest = np.full((SIDE, SIDE), 2.0, dtype=np.float32)
     for texture in packing.textures:
-        pixels = packing.pack(channels, texture, {"diffuse_color": largest})
+        pixels = packing.pack(channels, texture, {"diffuse_color": largest, "specular_f0": largest})
         assert pixels.shape == (SIDE, SIDE, texture.width)
         for slot, (name, component) in enumerate(texture.components):
             plane = pixels[..., slot].astype(np.float64)
             if name == "material_id":
                 plane *= 255.0
-            elif name == "diffuse_color":
+            elif name in ("diffuse_color", "specular_f0"):
                 plane = 2.0 * plane**2
             expected: NDArray[Any] = channels[name][..., component]
             if name == "normal":

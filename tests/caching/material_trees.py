@@ -88,8 +88,8 @@ def texels_of(number: int) -> tuple[slice, slice]:
     return tuple(slice(TEXELS * k + 1, TEXELS * (k + 1) - 1) for k in (row, column))  # type: ignore[return-value]
 
 
-def bake_trees(trees: Sequence[Tree], folder: Path) -> BakedTrees:
-    """Bake all of them in a new file; their probes are rendered by plain Cycles beside that."""
+def bake_trees(trees: Sequence[Tree], folder: Path, frame: int = 1) -> BakedTrees:
+    """Bake all of them in a new file, at a frame, and have plain Cycles show their probes."""
     assert len(trees) <= SIDE * SIDE
     scene = empty_scene()
     probed: dict[str, Mapping[str, Any]] = {}
@@ -106,7 +106,7 @@ def bake_trees(trees: Sequence[Tree], folder: Path) -> BakedTrees:
         probed[tree.name] = {
             name: (socket.node.name, socket.identifier) for name, socket in sockets.items()
         }
-    scene.frame_set(scene.frame_current)
+    scene.frame_set(frame)
     camera = replace(camera_above((0, 0, 0), 0.5 * SIDE), resolution=SIDE * TEXELS)
     store, _ = bake(scene, [camera], folder / "cache")
     probes = _probe(scene, camera, trees, probed, folder)
@@ -141,9 +141,6 @@ def _show_only(material: Any, node: str, identifier: str) -> None:
     value = next(s for s in tree.nodes[node].outputs if s.identifier == identifier)
     light = tree.nodes.new("ShaderNodeEmission")
     output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
-    # As a surface, not as bump.
-    for link in list(output.inputs["Displacement"].links):
-        tree.links.remove(link)
     tree.links.new(value, light.inputs["Color"])
     tree.links.new(light.outputs[0], output.inputs["Surface"])
 

@@ -117,9 +117,10 @@ def textures(scene_path: str, cache: str) -> dict[str, Any]:
 
     arrays = read_scene(_open(scene_path))
     with made_textures() as made:
-        open_session(arrays, Path(cache), 1)
+        session = open_session(arrays, Path(cache), 1)
+    # What was made holds the textures, too, from which blocks were drawn to their places.
     return {
-        "gpu_bytes": sum(texture.size for texture in made),
+        "gpu_bytes": session.cache_bytes,
         "textures": [vars(texture) for texture in made],
     }
 

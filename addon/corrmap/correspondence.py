@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..glsl.shader import PassShader, Samplers, Texture, framebuffer, read_texture, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
 from .surface_buffer import SurfaceBuffer
-from .tile_layout import TileLayout
+from .tile_layout import BLOCK_BITS, BlockNumbers
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
 
@@ -64,15 +64,17 @@ def camera_block(count: int) -> UniformBlock:
             Field("vec4", "up", count),
             Field("vec4", "forward", count),
             Field("vec4", "place", count),
-            Field("vec4", "tile", count),
+            Field("vec4", "picture", count),
+            Field("ivec4", "pages"),
         ),
     )
 
 
 def camera_uniforms(
-    cameras: Sequence[CachingCamera], layout: TileLayout, origin: NDArray[np.float64]
+    cameras: Sequence[CachingCamera], numbers: BlockNumbers, origin: NDArray[np.float64]
 ) -> dict[str, Any]:
-    """Values of `camera_block`: unit axes, place with tan(fov / 2), and tile of each camera."""
+    """Values of `camera_block`, but for `pages`: each camera's unit axes, its place with
+    tan(fov / 2), and its picture: first block, blocks along a side, 0, texels along a side."""
     world_from_camera = np.stack([camera.world_from_camera for camera in cameras])
 
     def padded(vectors: NDArray[np.float64], last: NDArray[np.float64] | float) -> Any:
@@ -81,14 +83,14 @@ def camera_uniforms(
 
     half_extents = np.array([camera.half_extent for camera in cameras])
     resolutions = np.array([camera.resolution for camera in cameras], dtype=np.float64)
-    tile = np.concatenate([layout.page[:, None], layout.corner], axis=1).astype(np.float64)
+    picture = np.stack([numbers.first, numbers.across, np.zeros_like(numbers.first)], axis=1)
     return {
         "count": len(cameras),
         "right": padded(world_from_camera[:, :3, 0], 0.0),
         "up": padded(world_from_camera[:, :3, 1], 0.0),
         "forward": padded(-world_from_camera[:, :3, 2], 0.0),
         "place": padded(world_from_camera[:, :3, 3] - origin, half_extents),
-        "tile": padded(tile, resolutions),
+        "picture": padded(picture.astype(np.float64), resolutions),
     }
 
 
@@ -97,22 +99,22 @@ _VISIBLE_SAMPLERS: Samplers = (
     ("visible_normal", "FLOAT_2D"),
 )
 _LIBRARY = ("tolerances", "caching_camera")
+_DEFINES = (("BLOCK_BITS", str(BLOCK_BITS)),)
 
 
 class CorrespondencePass:
     """Finds the best caching camera of every pixel."""
 
-    def __init__(
-        self, cameras: Sequence[CachingCamera], pages: TilePages, origin: NDArray[np.float64]
-    ) -> None:
+    def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
-        self._uniforms = {"caching_cameras": camera_uniforms(cameras, pages.layout, origin)}
+        self._cameras = camera_uniforms(pages.cameras, pages.numbers, origin)
         self._program = PassShader(
             name="correspondence",
             fragment="correspondence",
             library=_LIBRARY,
-            blocks=(camera_block(len(cameras)),),
-            samplers=(*_VISIBLE_SAMPLERS, ("cache_depth", "FLOAT_2D_ARRAY")),
+            defines=_DEFINES,
+            blocks=(camera_block(len(pages.cameras)),),
+            samplers=(*_VISIBLE_SAMPLERS, *pages.depth_samplers),
             outputs=(("VEC4", "correspondence"),),
         ).build()
 
@@ -124,9 +126,9 @@ class CorrespondencePass:
             {
                 "visible_position": visible.position,
                 "visible_normal": visible.normal,
-                "cache_depth": self._pages.depth,
+                **self._pages.depth_textures(),
             },
-            self._uniforms,
+            {"caching_cameras": {**self._cameras, "pages": self._pages.bits}},
         )
         return CorrespondenceMap(texture)
 
@@ -134,20 +136,19 @@ class CorrespondencePass:
 class GatherPass:
     """Reads the surfaces' parameters through a correspondence map."""
 
-    def __init__(
-        self, cameras: Sequence[CachingCamera], pages: TilePages, origin: NDArray[np.float64]
-    ) -> None:
+    def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
         self._origin = np.array(origin, dtype=np.float64)
-        self._uniforms = {"caching_cameras": camera_uniforms(cameras, pages.layout, origin)}
+        self._cameras = camera_uniforms(pages.cameras, pages.numbers, origin)
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
         self._program = PassShader(
             name="gather",
             fragment="gather",
             library=("material_table", *_LIBRARY),
+            defines=_DEFINES,
             generated=pages.glsl(),
-            blocks=(camera_block(len(cameras)),),
+            blocks=(camera_block(len(pages.cameras)),),
             samplers=(*_VISIBLE_SAMPLERS, ("correspondence", "FLOAT_2D"), *pages.samplers),
             outputs=tuple(("VEC4", name) for name in self._outputs),
         ).build()
@@ -164,7 +165,7 @@ class GatherPass:
                 "correspondence": correspondence.texture,
                 **self._pages.textures(),
             },
-            self._uniforms,
+            {"caching_cameras": {**self._cameras, "pages": self._pages.bits}},
         )
         return SurfaceBuffer(
             width=width,

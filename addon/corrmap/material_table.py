@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +18,7 @@ class MaterialTable:
     the cache does not know, have what most of the cache's texels have.
 
     Args:
-        packing: of the framebuffers.
+        packing: of the plan; where some of its channels turn out to be wide, `rows` takes another.
         layout: of the surfaces.
     """
 
@@ -33,15 +31,19 @@ class MaterialTable:
         self._largest = {name: np.zeros(self._columns, dtype=np.float32) for name in packing.scaled}
 
     @property
+    def layout(self) -> SurfaceLayout:
+        """Of the surfaces."""
+        return self._layout
+
+    @property
     def columns(self) -> int:
         """Materials and two."""
         return self._columns
 
-    @property
-    def scale_rows(self) -> dict[str, tuple[int, int]]:
+    def scale_rows(self, packing: Packing) -> dict[str, tuple[int, int]]:
         """Row and component of the scale of each channel in `Packing.scaled`."""
         first = self._layout.scale_row
-        return {name: (first + i // 4, i % 4) for i, name in enumerate(self._packing.scaled)}
+        return {name: (first + i // 4, i % 4) for i, name in enumerate(packing.scaled)}
 
     def add(self, framebuffer: DeepFramebuffer) -> None:
         """Take a framebuffer's texels into the means and the scales."""
@@ -73,8 +75,8 @@ class MaterialTable:
         ids = self.ids(framebuffer)
         return {name: largest[ids] for name, largest in self._largest.items()}
 
-    def rows(self) -> NDArray[np.float32]:
-        """(rows, columns, 4): means of the values, constants, scales."""
+    def rows(self, packing: Packing) -> NDArray[np.float32]:
+        """(rows, columns, 4): means of the values, constants, and the scales of `packing`."""
         means = self._means()
         plan = self._packing.plan
         constants = np.zeros((len(self._layout.constants), self._columns))
@@ -82,7 +84,7 @@ class MaterialTable:
         for row, (name, component) in enumerate(self._layout.constants):
             every = [value[component] for value in plan.material_constants[name]]
             constants[row] = [every[usual], *every, every[usual]]
-        scales = np.array([self._largest[name] for name in self._packing.scaled])
+        scales = np.array([self._largest[name] for name in packing.scaled])
         parts = [means, constants, scales.reshape(-1, self._columns)]
         rows = np.concatenate([_in_fours(part) for part in parts])
         # A texture has a row at least.
@@ -102,13 +104,3 @@ def _in_fours(rows: NDArray[np.floating]) -> NDArray[np.float32]:
     padded = np.zeros((-(-count // 4) * 4, columns), dtype=np.float32)
     padded[:count] = rows
     return padded.reshape(-1, 4, columns).transpose(0, 2, 1)
-
-
-def gather_table(
-    framebuffers: Iterable[DeepFramebuffer], packing: Packing, layout: SurfaceLayout
-) -> MaterialTable:
-    """The table of all framebuffers."""
-    table = MaterialTable(packing, layout)
-    for framebuffer in framebuffers:
-        table.add(framebuffer)
-    return table

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..caching.framebuffer import DeepFramebuffer
-from ..caching.packing import make_packing
 from ..caching.plan import ChannelPlan
+from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.view import View
 from .correspondence import (
@@ -24,7 +24,7 @@ from .geometry_buffer import GeometryBuffer
 from .pixel_filter import pixel_offsets
 from .surface_buffer import SurfaceBuffer
 from .surface_layout import SurfaceLayout
-from .tile_pages import TilePages, upload_tiles
+from .tile_pages import CACHE_BUDGET, TilePages, upload_tiles
 from .visible_surface import VisibleSurfacePass
 
 _BYTES_PER_RGBA32F = 16
@@ -39,6 +39,15 @@ class SurfaceSampler:
 
     Samples of the current view are kept, up to `memory_budget` bytes, so that light edits do
     not find the surfaces again.
+
+    Args:
+        geometry: the scene's triangles.
+        framebuffers: see `upload_tiles`.
+        plan: of the cache.
+        memory_budget: bytes of the GPU's memory for samples.
+        cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
+        drop: whether texels that no view would choose are left out.
+        progress: is told how far loading the cache is.
     """
 
     def __init__(
@@ -47,11 +56,14 @@ class SurfaceSampler:
         framebuffers: Sequence[DeepFramebuffer],
         plan: ChannelPlan,
         memory_budget: int = 512 << 20,
+        cache_budget: int = CACHE_BUDGET,
+        *,
+        drop: bool = True,
+        progress: Progress = silent,
     ) -> None:
-        self._framebuffer_cameras = [framebuffer.camera for framebuffer in framebuffers]
         self._plan = plan
         self._pages: TilePages = upload_tiles(
-            framebuffers, make_packing(plan, [f.wide for f in framebuffers])
+            framebuffers, plan, cache_budget, drop=drop, progress=progress
         )
         self._memory_budget = memory_budget
         self._view: View | None = None
@@ -64,6 +76,16 @@ class SurfaceSampler:
     def layout(self) -> SurfaceLayout:
         """How the surfaces hold the plan's channels."""
         return self._pages.surface_layout
+
+    @property
+    def pages(self) -> TilePages:
+        """The GPU's copy of the cache."""
+        return self._pages
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence for each thing that goes beyond what it may take."""
+        return self._pages.warnings
 
     @property
     def geometry(self) -> SceneGeometry:
@@ -124,6 +146,8 @@ class SurfaceSampler:
         x, y = pixel_offsets(self._view.pixel_filter, 1, first=index)[0]
         visible = self._visible_pass.draw(self._view, (float(x), float(y)))
         correspondence = self._correspondence_pass.draw(visible)
+        if self._pages.is_paged:
+            self._pages.bring(correspondence.read())
         surface = self._gather_pass.draw(visible, correspondence)
         if index == 0:
             self._correspondence = correspondence
@@ -162,10 +186,8 @@ class SurfaceSampler:
         self._buffer = GeometryBuffer(self._geometry, view.origin)
         origin = self._buffer.origin
         self._visible_pass = VisibleSurfacePass(self._buffer)
-        self._correspondence_pass = CorrespondencePass(
-            self._framebuffer_cameras, self._pages, origin
-        )
-        self._gather_pass = GatherPass(self._framebuffer_cameras, self._pages, origin)
+        self._correspondence_pass = CorrespondencePass(self._pages, origin)
+        self._gather_pass = GatherPass(self._pages, origin)
 
 
 def _near_clip(view: View) -> float:

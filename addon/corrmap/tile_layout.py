@@ -1,59 +1,166 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Where the deep framebuffers' square tiles lie in pages of one size."""
+"""Deep framebuffers cut into square blocks of texels, and the pages that hold those worth keeping.
+
+A block is named by its number: the cameras' blocks follow one another, each camera's row by row
+from the bottom. Where it lies on the GPU is its *place*: the pages' places follow one another,
+each page's row by row from the bottom. A table gives the place of each block.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..errors import InputError
+
+# Texels along a block's side. In blocks of 8, 16 and 32 texels a fifth of a classroom's, a
+# seventh and a tenth could be dropped, where a quarter of the texels could; but each line of the
+# table takes 8 bytes, which a texel of the smallest block would feel.
+BLOCK_BITS = 4
+BLOCK = 1 << BLOCK_BITS
+
+# Blocks along the table's side: a power of two that every GPU's textures have.
+_TABLE_BITS = 11
+
+# Blocks along a page's side, unless the GPU has too few pages: with 512 texels, the empty places
+# of the last page are few.
+_PAGE_BITS = 5
+
+# The table holds places as float32.
+_MOST_PLACES = 1 << 24
+
 
 @dataclass(frozen=True)
-class TileLayout:
-    """Where each tile lies.
+class BlockNumbers:
+    """How the blocks of square pictures are numbered.
 
     Attributes:
-        page_size: texels along a page's side.
-        page_count: pages.
-        page: (N,) int64, each tile's page.
-        corner: (N, 2) int64, x and y of its lower left texel.
+        resolutions: texels along each picture's side.
     """
 
-    page_size: int
-    page_count: int
-    page: NDArray[np.int64]
-    corner: NDArray[np.int64]
+    resolutions: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if not self.resolutions or min(self.resolutions) < 1:
+            raise ValueError("pictures need at least one texel")
+
+    @cached_property
+    def across(self) -> NDArray[np.int64]:
+        """(N,) blocks along each picture's side; the last ones may reach over its edge."""
+        return -(-np.array(self.resolutions, dtype=np.int64) // BLOCK)
+
+    @cached_property
+    def first(self) -> NDArray[np.int64]:
+        """(N,) the number of each picture's first block."""
+        return np.concatenate([[0], np.cumsum(self.across**2)[:-1]])
+
+    @property
+    def count(self) -> int:
+        """Blocks of all pictures."""
+        return int((self.across**2).sum())
+
+    def of(self, picture: int) -> slice:
+        """The numbers of a picture's blocks."""
+        first = int(self.first[picture])
+        return slice(first, first + int(self.across[picture]) ** 2)
+
+    def shown(self, found: NDArray[np.float32]) -> NDArray[np.bool_]:
+        """(count,) whether a correspondence map (H, W, 4) reads a texel of each block."""
+        result = np.zeros(self.count, dtype=bool)
+        points = found.reshape(-1, 4)
+        points = points[points[:, 0] >= 0.0]
+        picture = points[:, 0].astype(np.int64)
+        side = np.array(self.resolutions, dtype=np.int64)[picture]
+        position = points[:, 1:3].astype(np.float64) * side[:, None] - 0.5
+        # The shader multiplies in float32: where a footprint begins at a texel's very centre it
+        # may take the one before.
+        slack = side[:, None] * 2.0**-22
+        ends = [np.floor(position - slack), np.floor(position + slack) + 1.0]
+        rows, columns = [], []
+        for end in ends:
+            texel = np.clip(end.astype(np.int64), 0, side[:, None] - 1) >> BLOCK_BITS
+            columns.append(texel[:, 0])
+            rows.append(texel[:, 1])
+        for row in rows:
+            for column in columns:
+                result[self.first[picture] + row * self.across[picture] + column] = True
+        return result
 
 
-def lay_out_tiles(resolutions: Sequence[int]) -> TileLayout:
-    """Pack square tiles without gaps between tiles of powers of two.
+@dataclass(frozen=True)
+class PageShape:
+    """Square pages of blocks.
 
-    Tiles in falling size fill each page along a Z-order curve: a tile of side s starts at a
-    multiple of s*s texels along the curve, which is always a square's corner.
+    Attributes:
+        bits: the pages have 2^bits blocks along a side.
+        count: pages.
+    """
+
+    bits: int
+    count: int
+
+    @property
+    def side(self) -> int:
+        """Texels along a page's side."""
+        return BLOCK << self.bits
+
+    @property
+    def places(self) -> int:
+        """Blocks that the pages hold."""
+        return self.count << (2 * self.bits)
+
+    @property
+    def texels(self) -> int:
+        """Texels of all pages."""
+        return self.count * self.side**2
+
+    def corners(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(N, 3) page, x and y of the lower left texels of places."""
+        mask = (1 << self.bits) - 1
+        column, row = places & mask, (places >> self.bits) & mask
+        return np.stack([places >> (2 * self.bits), column * BLOCK, row * BLOCK], axis=-1)
+
+
+def page_shape(blocks: int, largest_side: int, most_pages: int) -> PageShape:
+    """Pages for some blocks.
+
+    Args:
+        blocks: that they have to hold.
+        largest_side: texels that a texture of the GPU may have along a side.
+        most_pages: layers that it may have.
 
     Raises:
-        ValueError: no tile, or one without a texel.
+        InputError: no pages hold so many.
     """
-    if not len(resolutions) or min(resolutions) < 1:
-        raise ValueError("tiles need at least one texel")
-    sides = 1 << np.ceil(np.log2(np.asarray(resolutions, dtype=np.float64))).astype(np.int64)
-    page_size = int(sides.max())
-    order = np.argsort(-sides, kind="stable")
-    areas = sides[order] ** 2
-    start = np.concatenate([[0], np.cumsum(areas)[:-1]])
-    page = np.empty(len(sides), dtype=np.int64)
-    corner = np.empty((len(sides), 2), dtype=np.int64)
-    page[order] = start // page_size**2
-    offset = start % page_size**2
-    corner[order] = np.stack([_even_bits(offset), _even_bits(offset >> 1)], axis=-1)
-    return TileLayout(page_size, int(page.max()) + 1, page, corner)
+    bits = 0
+    while bits < _PAGE_BITS and 4 ** (bits + 1) <= blocks:
+        bits += 1
+    while (count := -(-blocks // 4**bits)) > most_pages and BLOCK << (bits + 1) <= largest_side:
+        bits += 1
+    if count > most_pages or count << (2 * bits) > _MOST_PLACES:
+        raise InputError(
+            f"the caching cameras have {blocks * BLOCK**2 / 1e6:.0f} million texels that a view "
+            "may need, which do not fit this GPU's textures; place fewer cameras or bake at a "
+            "lower preset"
+        )
+    return PageShape(bits, max(count, 1))
 
 
-def _even_bits(code: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Every second bit of a Z-order code, drawn together: one coordinate."""
-    result = np.zeros_like(code)
-    for bit in range(31):
-        result |= ((code >> (2 * bit)) & 1) << bit
-    return result
+def block_table(
+    depth_place: NDArray[np.int64], packed_place: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    """(rows, 2^bits, 2) float32: the places of every block's depth and other channels, negative
+    where they are not held; `block_table_bits` gives the bits."""
+    width = 1 << _TABLE_BITS
+    rows = -(-len(depth_place) // width)
+    table = np.full((rows * width, 2), -1.0, dtype=np.float32)
+    table[: len(depth_place)] = np.stack([depth_place, packed_place], axis=-1)
+    return table.reshape(rows, width, 2)
+
+
+def block_table_bits() -> int:
+    """The table has 2 to the power of this many blocks in a row."""
+    return _TABLE_BITS

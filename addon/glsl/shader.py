@@ -167,11 +167,21 @@ class ShaderProgram:
         uniforms: Mapping[str, Mapping[str, Any]],
     ) -> None:
         """Run the fragment shader once for every pixel of `framebuffer`."""
+        self.draw_batch(self._fullscreen, framebuffer, textures, uniforms)
+
+    def draw_batch(
+        self,
+        batch: Any,
+        framebuffer: Any,
+        textures: Mapping[str, Any],
+        uniforms: Mapping[str, Mapping[str, Any]],
+    ) -> None:
+        """Draw a batch's triangles over what `framebuffer` holds, whatever their depth."""
         with framebuffer.bind():
             gpu.state.depth_test_set("NONE")
             gpu.state.depth_mask_set(False)
             self.bind(textures, uniforms)
-            self._fullscreen.draw(self.shader)
+            batch.draw(self.shader)
 
 
 def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F") -> Any:
@@ -192,6 +202,21 @@ def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F
         raise InputError(
             f"the GPU has no room for a picture of {width}x{height}; choose a smaller size, or "
             "free some of its memory"
+        ) from error
+
+
+def texture_array(side: int, layers: int, texture_format: TextureFormat) -> Any:
+    """An empty array texture of square layers; its contents are undefined until drawn.
+
+    Raises:
+        InputError: there is no room for it.
+    """
+    try:
+        return gpu.types.GPUTexture((side, side), layers=layers, format=texture_format)
+    except RuntimeError as error:
+        raise InputError(
+            f"the GPU has no room for {layers * side**2 / 1e6:.0f} million texels of the cache; "
+            "place fewer cameras, bake at a lower preset, or free some of its memory"
         ) from error
 
 
@@ -232,3 +257,9 @@ def max_texture_width() -> int:
 def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:
     """A framebuffer over the given textures."""
     return gpu.types.GPUFrameBuffer(color_slots=tuple(color), depth_slot=depth)
+
+
+def layer_framebuffer(texture: Any, layer: int) -> Any:
+    """A framebuffer over one layer of an array texture."""
+    slot: Any = {"texture": texture, "layer": layer}
+    return gpu.types.GPUFrameBuffer(color_slots=(slot,))

@@ -23,11 +23,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ..caching.stored_framebuffers import StoredFramebuffers
 from ..corrmap.correspondence import Coverage
 from ..corrmap.geometry_buffer import GeometryBuffer
 from ..corrmap.pixel_filter import pixel_offsets
 from ..corrmap.surface_buffer import SurfaceBuffer
 from ..corrmap.surface_sampler import SurfaceSampler
+from ..corrmap.tile_pages import CACHE_BUDGET
 from ..errors import InputError
 from ..glsl.shader import Texture, framebuffer, read_texture, texture_2d
 from ..progress import Progress, silent
@@ -91,6 +93,8 @@ class RelightSession:
         store: its cache, with at least one finished camera.
         samples: samples in a finished picture.
         shadows: resolution of the shadow maps.
+        cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
+        progress: is told how far loading the cache is.
 
     Raises:
         InputError: the cache has no finished camera, or does not fit the GPU.
@@ -102,12 +106,17 @@ class RelightSession:
         store: CacheStore,
         samples: int = 16,
         shadows: ShadowSettings | None = None,
+        *,
+        cache_budget: int = CACHE_BUDGET,
+        progress: Progress = silent,
     ) -> None:
-        framebuffers = store.read_finished()
+        framebuffers = StoredFramebuffers(store)
         if not framebuffers:
             raise InputError(f"the cache {store.folder} has no finished camera; bake it first")
         self._store = store
-        self._sampler = SurfaceSampler(geometry, framebuffers, store.plan)
+        self._sampler = SurfaceSampler(
+            geometry, framebuffers, store.plan, cache_budget=cache_budget, progress=progress
+        )
         self._lights: dict[str, Light] = {}
         self._touching: dict[str, bool] = {}
         self._world: World | None = None
@@ -248,13 +257,19 @@ class RelightSession:
     @property
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each thing about the cache that the picture suffers from."""
+        excess = self._sampler.warnings
         if self._world_textures is None or "ambient_occlusion" in self._store.plan.stored:
-            return ()
+            return excess
         missing = (
             "the cache was baked without the world's light, which now reaches everywhere; bake "
             "it again for its occlusion"
         )
-        return (missing,)
+        return (*excess, missing)
+
+    @property
+    def cache_bytes(self) -> int:
+        """Bytes of the GPU's memory that the cache takes."""
+        return self._sampler.pages.gpu_bytes
 
     @property
     def coverage(self) -> Coverage:

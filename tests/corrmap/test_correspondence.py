@@ -12,7 +12,6 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.caching.framebuffer import DeepFramebuffer
-from addon.caching.packing import make_packing
 from addon.caching.plan import ChannelPlan
 from addon.corrmap.surface_buffer import SurfaceBuffer
 from addon.scene.geometry import SceneGeometry
@@ -78,12 +77,11 @@ def draw(setup: Setup) -> Drawn:
     from addon.glsl.shader import read_texture
 
     origin = setup.view.origin
-    cameras = [framebuffer.camera for framebuffer in setup.framebuffers]
     plan = ChannelPlan(STORED, {}, ("one", "two"))
-    pages = upload_tiles(setup.framebuffers, make_packing(plan))
+    pages = upload_tiles(setup.framebuffers, plan, drop=False)
     visible = VisibleSurfacePass(GeometryBuffer(setup.geometry, origin)).draw(setup.view)
-    found = CorrespondencePass(cameras, pages, origin).draw(visible)
-    surface = GatherPass(cameras, pages, origin).draw(visible, found)
+    found = CorrespondencePass(pages, origin).draw(visible)
+    surface = GatherPass(pages, origin).draw(visible, found)
     return Drawn(
         position=read_texture(visible.position).astype(np.float64).reshape(-1, 4),
         normal=read_texture(visible.normal).astype(np.float64).reshape(-1, 4)[:, :3],

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from addon.caching.framebuffer import DeepFramebuffer
-from addon.caching.packing import make_packing
 from addon.caching.plan import ChannelPlan
 from tests import synthetic
 
@@ -49,7 +48,7 @@ def test_every_material_has_its_column(gpu_context: None, with_id: bool) -> None
         NAMES,
         material_constants={"layer_f0": ((0.25,), (0.5,), (0.75,))},
     )
-    pages = upload_tiles(frames, make_packing(plan))
+    pages = upload_tiles(frames, plan)
     table = read_texture(pages.material_table)
     depth, number = (
         np.concatenate([f.channels[name].ravel() for f in frames])

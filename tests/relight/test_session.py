@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.plan import ChannelPlan
+from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
 from addon.progress import Cancelled
 from addon.scene.geometry import SceneGeometry
@@ -34,8 +35,12 @@ class MemoryStore:
     framebuffers: list[DeepFramebuffer]
     folder: Path = field(default=Path("memory.relume"))
 
-    def read_finished(self) -> list[DeepFramebuffer]:
-        return self.framebuffers
+    @property
+    def cameras(self) -> list[CachingCamera]:
+        return [framebuffer.camera for framebuffer in self.framebuffers]
+
+    def read_camera(self, number: int) -> DeepFramebuffer:
+        return next(f for f in self.framebuffers if f.camera.id == number)
 
 
 def white(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Caching cameras: projection into a deep framebuffer's tile, and the visibility of a point.
- * Needs: block caching_cameras, sampler cache_depth, tolerances.glsl. */
+ * Caching cameras: projection into a deep framebuffer, where its texels lie, and the visibility of a
+ * point. Needs: block caching_cameras, samplers cache_blocks and cache_depth, BLOCK_BITS,
+ * tolerances.glsl. */
 
 /* Right, up and forward components of a local vector. */
 vec3 camera_axes(int camera, vec3 v)
@@ -21,9 +22,9 @@ float half_extent(int camera)
   return caching_cameras.place[camera].w;
 }
 
-float tile_resolution(int camera)
+float picture_resolution(int camera)
 {
-  return caching_cameras.tile[camera].w;
+  return caching_cameras.picture[camera].w;
 }
 
 /* (u, v) in [0, 1] inside the picture, of a point in the camera's axes with z > 0. */
@@ -32,11 +33,30 @@ vec2 picture_coordinates(int camera, vec3 q)
   return q.xy / (q.z * half_extent(camera)) * 0.5 + 0.5;
 }
 
-/* Where a texel of a camera's tile lies in the pages. */
+/* The places of a block of a camera's picture in the pages: x of its depth, y of its other
+ * channels. Negative where they are not held, as in a block that no view would choose. */
+ivec2 block_places(int camera, ivec2 block)
+{
+  vec4 picture = caching_cameras.picture[camera];
+  int number = int(picture.x) + block.y * int(picture.y) + block.x;
+  int bits = caching_cameras.pages.x;
+  ivec2 line = ivec2(number & ((1 << bits) - 1), number >> bits);
+  return ivec2(texelFetch(cache_blocks, line, 0).xy);
+}
+
+/* Where a texel of the block at `place` lies in pages of 2^bits blocks along a side. */
+ivec3 placed_texel(int place, int bits, ivec2 texel)
+{
+  ivec2 block = ivec2(place, place >> bits) & ((1 << bits) - 1);
+  ivec2 inside = texel & ((1 << BLOCK_BITS) - 1);
+  return ivec3((block << BLOCK_BITS) + inside, place >> (2 * bits));
+}
+
+/* Where a texel of a camera's picture lies in the pages; z < 0 where it is not held. */
 ivec3 page_texel(int camera, ivec2 texel)
 {
-  vec4 tile = caching_cameras.tile[camera];
-  return ivec3(ivec2(tile.yz) + texel, int(tile.x));
+  int place = block_places(camera, texel >> BLOCK_BITS).y;
+  return place < 0 ? ivec3(-1) : placed_texel(place, caching_cameras.pages.z, texel);
 }
 
 /* The four texels round a picture position, and their bilinear weights. */
@@ -47,8 +67,8 @@ struct Footprint {
 
 Footprint bilinear_footprint(int camera, vec2 uv)
 {
-  int last = int(tile_resolution(camera)) - 1;
-  vec2 position = uv * tile_resolution(camera) - 0.5;
+  int last = int(picture_resolution(camera)) - 1;
+  vec2 position = uv * picture_resolution(camera) - 0.5;
   vec2 corner = floor(position);
   vec2 f = position - corner;
   ivec2 c = ivec2(corner);
@@ -63,27 +83,36 @@ Footprint bilinear_footprint(int camera, vec2 uv)
 
 /* How surely a texel shows the surface that has normal n at q (both in the camera's axes), from
  * 1 on its tangent plane there down to 0 at a bound made of the texel's own width and of float
- * rounding. `size` is the length of the coordinates that were rounded. */
-float same_surface(int camera, ivec2 texel, vec3 q, vec3 n, float size)
+ * rounding. `place` is its block's; `size` is the length of the coordinates that were rounded. */
+float same_surface(int camera, int place, ivec2 texel, vec3 q, vec3 n, float size)
 {
-  float depth = texelFetch(cache_depth, page_texel(camera, texel), 0).r;
+  ivec3 at = placed_texel(place, caching_cameras.pages.y, texel);
+  float depth = texelFetch(cache_depth, at, 0).r;
   if (depth <= 0.0) {
     return 0.0;
   }
   float extent = half_extent(camera);
-  vec2 uv = (vec2(texel) + 0.5) / tile_resolution(camera);
+  vec2 uv = (vec2(texel) + 0.5) / picture_resolution(camera);
   vec3 seen = depth * vec3((uv * 2.0 - 1.0) * extent, 1.0);
-  float width = 2.0 * extent * q.z / tile_resolution(camera);
+  float width = 2.0 * extent * q.z / picture_resolution(camera);
   float bound = SAME_SURFACE_TEXELS * width + POSITION_ROUNDING * size;
   return max(0.0, 1.0 - abs(dot(n, seen - q)) / bound);
 }
 
-/* The bilinear weights, less where a texel shows something else. */
+/* The bilinear weights, less where a texel shows something else or is not held. */
 vec4 visible_weights(int camera, Footprint footprint, vec3 q, vec3 n, float size)
 {
   vec4 weight = footprint.weight;
+  ivec2 block = footprint.texel[0] >> BLOCK_BITS;
+  int place = block_places(camera, block).x;
   for (int i = 0; i < 4; i++) {
-    weight[i] *= same_surface(camera, footprint.texel[i], q, n, size);
+    /* Most footprints lie in one block. */
+    ivec2 own = footprint.texel[i] >> BLOCK_BITS;
+    if (own != block) {
+      block = own;
+      place = block_places(camera, block).x;
+    }
+    weight[i] *= place < 0 ? 0.0 : same_surface(camera, place, footprint.texel[i], q, n, size);
   }
   return weight;
 }

@@ -25,7 +25,7 @@ void main()
     vec3 n_camera = camera_axes(camera, n);
     float distance_squared = dot(q, q);
     float facing = -dot(n_camera, q) * inversesqrt(distance_squared);
-    float density = 0.5 * tile_resolution(camera) / extent;
+    float density = 0.5 * picture_resolution(camera) / extent;
     float score = facing * density * density / distance_squared;
     if (!(score > best)) {
       continue;

@@ -21,8 +21,15 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
   Footprint footprint = bilinear_footprint(camera, found.yz);
   vec4 weight = visible_weights(camera, footprint, q, n_camera, length(p) + length(q));
   vec4 own = weight;
+  ivec3 texel[4];
   for (int i = 0; i < 4; i++) {
-    CachedSurface seen = read_identity(page_texel(camera, footprint.texel[i]));
+    texel[i] = page_texel(camera, footprint.texel[i]);
+    if (texel[i].z < 0) {
+      weight[i] = 0.0;
+      own[i] = 0.0;
+      continue;
+    }
+    CachedSurface seen = read_identity(texel[i]);
     bool facing = dot(seen.normal, n) > SAME_FACING * length(seen.normal);
     if (abs(seen.material_id - material) > 0.5 || !facing) {
       own[i] = 0.0;
@@ -34,7 +41,7 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
   }
   for (int i = 0; i < 4; i++) {
     if (weight[i] > 0.0) {
-      add_texel(page_texel(camera, footprint.texel[i]), weight[i]);
+      add_texel(texel[i], weight[i]);
     }
   }
   return blended_weight > 0.0;
@@ -62,9 +69,12 @@ bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
         continue;
       }
       int camera = int(found.x);
-      ivec2 texel = ivec2(found.yz * tile_resolution(camera));
-      texel = clamp(texel, ivec2(0), ivec2(int(tile_resolution(camera)) - 1));
-      add_texel(page_texel(camera, texel), 1.0 / float(x * x + y * y));
+      ivec2 texel = ivec2(found.yz * picture_resolution(camera));
+      texel = clamp(texel, ivec2(0), ivec2(int(picture_resolution(camera)) - 1));
+      ivec3 at = page_texel(camera, texel);
+      if (at.z >= 0) {
+        add_texel(at, 1.0 / float(x * x + y * y));
+      }
     }
   }
   return blended_weight > 0.0;

@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which blocks of the deep framebuffers hold a texel that some view would choose.
+
+Lightspeed (Ragan-Kelley et al. 2007, section 4.2) drops what its one view does not refer to. Here
+the views are not known; but the score by which caching cameras compete for a point of a surface
+(`glsl/passes/correspondence.glsl`, equation 5) does not depend on the view. So a texel can be
+dropped where another camera sees the same surface better. A texel is *beaten* when one other
+camera sees its point
+
+- with a score that is better by `MARGIN`, and
+- on the same material and in the same plane in nine of its texels, which together cover the
+  texel's own ground: then no edge, and nothing in front, makes it lose the point.
+
+What beats a texel has the higher score, so of all that see a point the best is never beaten. A
+block is kept when one of its texels, or of those right beside it, hits a surface and is not beaten:
+bilinear footprints stay whole.
+
+Of each block one texel is tried first, then one in sixteen, then all: most of the blocks that are
+kept are found after few texels, and none is dropped before all of its texels are beaten.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..camplace.camera import CachingCamera
+from ..camplace.parallel import in_parts
+from ..progress import Progress, silent
+from .tile_layout import BLOCK
+
+# How much better the other camera's score has to be. The score is taken at the texel's centre and
+# with a normal from differences of depth, but holds for all that reads the texel, up to a texel
+# away. A quarter is what the distances or the slopes change within a texel of 1/16 of a distance.
+MARGIN = np.float32(1.25)
+
+# As in glsl/lib/tolerances.glsl: a plane is left by half of the distance between texels where the
+# surface bends by some 25 degrees; and float32 rounds positions.
+_SAME_SURFACE = np.float32(0.5)
+_ROUNDING = np.float32(8.0 * 2.0**-23)
+
+# Texels at once: what numpy makes of them stays in the processor's cache.
+_PART = 1 << 14
+
+_STRIDES = (BLOCK, BLOCK // 4, 1)
+
+_Floats = NDArray[np.float32]
+_Texels = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class SeenSurface:
+    """What decides over one caching camera's texels.
+
+    Attributes:
+        camera: the camera, with its resolution R.
+        depth: (R, R) float32, metres along its axis; 0 where nothing is hit.
+        material: (R, R) integers, which of the materials.
+    """
+
+    camera: CachingCamera
+    depth: _Floats
+    material: NDArray[np.integer]
+
+
+def kept_blocks(
+    pictures: Sequence[SeenSurface], progress: Progress = silent, *, drop: bool = True
+) -> list[NDArray[np.bool_]]:
+    """(B, B) for each picture, row 0 at the bottom: whether each block is to be kept.
+
+    Without `drop`, all that hit a surface are.
+    """
+    if not drop:
+        return [_blocks_with(picture.depth > 0.0) for picture in pictures]
+    result = []
+    for index, picture in enumerate(pictures):
+        progress(index / len(pictures), f"Looking for texels to keep: camera {index + 1}")
+        others = [other for other in pictures if other is not picture]
+        result.append(_kept(picture, others))
+    return result
+
+
+def _kept(picture: SeenSurface, others: Sequence[SeenSurface]) -> NDArray[np.bool_]:
+    side = picture.camera.resolution
+    blocks = -(-side // BLOCK)
+    hit = picture.depth > 0.0
+    asked = np.zeros((side, side), dtype=bool)
+    worth = np.zeros((side, side), dtype=bool)
+    kept = np.zeros((blocks, blocks), dtype=bool)
+    rivals = [_Rival.of(picture, other) for other in others]
+    for stride in _STRIDES:
+        open_texels = _texels_of(~kept, side)
+        if stride == 1:
+            open_texels = _grown(open_texels)
+        else:
+            grid = np.zeros_like(open_texels)
+            grid[stride // 2 :: stride, stride // 2 :: stride] = True
+            open_texels &= grid
+        texels = np.flatnonzero(open_texels & hit & ~asked)
+        asked.flat[texels] = True
+        worth.flat[texels] = ~_beaten(picture, rivals, texels)
+        kept |= _blocks_with(_grown(worth) if stride == 1 else worth)
+        # The next stride asks first who has beaten the most.
+        rivals.sort(key=lambda rival: -rival.won)
+    return kept
+
+
+def _texels_of(blocks: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
+    return blocks.repeat(BLOCK, axis=0).repeat(BLOCK, axis=1)[:side, :side]
+
+
+def _blocks_with(texels: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    side = len(texels)
+    blocks = -(-side // BLOCK)
+    whole = np.zeros((blocks * BLOCK, blocks * BLOCK), dtype=bool)
+    whole[:side, :side] = texels
+    return whole.reshape(blocks, BLOCK, blocks, BLOCK).any(axis=(1, 3))
+
+
+def _grown(texels: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """By one texel to all eight sides."""
+    result = texels.copy()
+    result[1:] |= texels[:-1]
+    result[:-1] |= texels[1:]
+    wide = result.copy()
+    wide[:, 1:] |= result[:, :-1]
+    wide[:, :-1] |= result[:, 1:]
+    return wide
+
+
+@dataclass
+class _Rival:
+    """Another camera, and how to come to its axes (right, up, forward) from a picture's own."""
+
+    seen: SeenSurface
+    turn: _Floats
+    shift: _Floats
+    won: int = 0
+
+    @classmethod
+    def of(cls, picture: SeenSurface, seen: SeenSurface) -> _Rival:
+        mine, theirs = _axes(picture.camera), _axes(seen.camera)
+        apart = theirs @ (picture.camera.origin - seen.camera.origin)
+        return cls(seen, (theirs @ mine.T).astype(np.float32), apart.astype(np.float32))
+
+
+def _axes(camera: CachingCamera) -> NDArray[np.float64]:
+    """(3, 3): right, up and forward in rows."""
+    rows = camera.world_from_camera[:3, :3].T.copy()
+    rows[2] *= -1.0
+    return rows
+
+
+def _beaten(picture: SeenSurface, rivals: Sequence[_Rival], texels: _Texels) -> NDArray[np.bool_]:
+    """(K,) for texels by their flat index: whether some rival beats them."""
+    winner = np.full(len(texels), -1, dtype=np.int64)
+
+    def work(part: slice) -> None:
+        # A normal that cannot be told is not a number, which wins no comparison.
+        with np.errstate(all="ignore"):
+            some = texels[part]
+            place, normal = _surface(picture, some)
+            score = _score(picture.camera, place, normal)
+            material = picture.material.ravel()[some]
+            left = np.arange(len(some))
+            for number, rival in enumerate(rivals):
+                won = _beaten_by(
+                    rival, place[:, left], normal[:, left], score[left], material[left]
+                )
+                winner[part][left[won]] = number
+                left = np.delete(left, won)
+                if not len(left):
+                    break
+
+    in_parts(work, len(texels), _PART)
+    for number, rival in enumerate(rivals):
+        rival.won = int((winner == number).sum())
+    return winner >= 0
+
+
+def _surface(picture: SeenSurface, texels: _Texels) -> tuple[_Floats, _Floats]:
+    """(3, K) places and unit normals toward the camera, in its axes; not a number where the
+    surface has no neighbour in the picture to tell the normal.
+
+    In a picture the inverse depth of a plane is linear: with slopes a and b along x = X / Z and
+    y = Y / Z, its normal is (a, b, 1 / Z - a x - b y). Of the differences to both sides the
+    smaller is taken: the greater may lead over an edge.
+    """
+    camera = picture.camera
+    side = camera.resolution
+    step = np.float32(2.0 * camera.half_extent / side)
+    row, column = np.divmod(texels, side)
+    x, y = (
+        (axis.astype(np.float32) + np.float32(0.5 - 0.5 * side)) * step for axis in (column, row)
+    )
+    depth = picture.depth.ravel()
+    z = depth[texels]
+    inverse = 1.0 / z
+
+    def slope(position: _Texels, stride: int) -> _Floats:
+        before = depth[np.where(position > 0, texels - stride, texels)]
+        after = depth[np.where(position < side - 1, texels + stride, texels)]
+        rises = []
+        for neighbour, exists, sign in (
+            (before, (position > 0) & (before > 0.0), -1.0),
+            (after, (position < side - 1) & (after > 0.0), 1.0),
+        ):
+            rise = np.float32(sign) * (1.0 / neighbour - inverse) / step
+            rises.append(np.where(exists, rise, np.float32(np.inf)))
+        least = np.where(np.abs(rises[0]) < np.abs(rises[1]), rises[0], rises[1])
+        return np.where(np.isinf(least), np.float32(np.nan), least)
+
+    a, b = slope(column, 1), slope(row, side)
+    normal = -np.stack([a, b, inverse - a * x - b * y])
+    normal /= np.sqrt((normal * normal).sum(axis=0))
+    return np.stack([x * z, y * z, z]), normal
+
+
+def _score(camera: CachingCamera, place: _Floats, normal: _Floats) -> _Floats:
+    """Equation 5 with the density of texels, as the search has it, of a footprint seen whole."""
+    squared = (place * place).sum(axis=0)
+    facing = -(place * normal).sum(axis=0) / np.sqrt(squared)
+    density = np.float32(0.5 * camera.resolution / camera.half_extent)
+    return facing * density * density / squared
+
+
+def _beaten_by(
+    rival: _Rival,
+    place: _Floats,
+    normal: _Floats,
+    score: _Floats,
+    material: NDArray[np.integer],
+) -> _Texels:
+    """Which of K points the rival sees better; places and normals in the picture's own axes."""
+    camera = rival.seen.camera
+    side = camera.resolution
+    extent = np.float32(camera.half_extent)
+    there = rival.turn @ place + rival.shift[:, None]
+    reach = there[2] * extent
+    left = np.flatnonzero((reach > 0.0) & (np.abs(there[0]) <= reach) & (np.abs(there[1]) <= reach))
+    there, across = there[:, left], rival.turn @ normal[:, left]
+    ratio = _score(camera, there, across) / score[left]
+    # A picture's own score is above zero, unless its normal is wrong: then this is negative.
+    better = ratio > MARGIN
+    left, there, across, ratio = left[better], there[:, better], across[:, better], ratio[better]
+    if not len(left):
+        return left
+    # Texels of the rival's from each of the nine to the next: half of those in the texel's width.
+    spacing = np.maximum(np.rint(0.5 * np.sqrt(ratio)), 1.0).astype(np.int64)
+    reach = there[2] * extent
+    column, row = (
+        np.floor((there[axis] / reach * 0.5 + 0.5) * side).astype(np.int64) for axis in (0, 1)
+    )
+    inside = (np.minimum(column, row) >= spacing) & (np.maximum(column, row) + spacing < side)
+    mine = np.linalg.norm(place[:, left], axis=0)
+    size = mine + np.sqrt((there * there).sum(axis=0))
+    bound = _SAME_SURFACE * (2.0 / side) * reach * spacing + _ROUNDING * size
+    worst = _farthest(rival.seen, row, column, spacing, there, across, material[left], inside)
+    # The search takes off as much from the score where the surface leaves the plane.
+    return left[ratio * (1.0 - worst / bound) > MARGIN]
+
+
+def _farthest(  # noqa: PLR0917 - what nine texels are compared with
+    seen: SeenSurface,
+    row: _Texels,
+    column: _Texels,
+    spacing: _Texels,
+    there: _Floats,
+    across: _Floats,
+    material: NDArray[np.integer],
+    inside: NDArray[np.bool_],
+) -> _Floats:
+    """(K,) how far the farthest of nine texels lies off a point's plane, in metres; infinite where
+    one is out of the picture, hits nothing, or shows another material."""
+    side = seen.camera.resolution
+    step = np.float32(2.0 * seen.camera.half_extent / side)
+    offset = np.float32(0.5 - 0.5 * side)
+    plane = (across * there).sum(axis=0)
+    depths, materials = seen.depth.ravel(), seen.material.ravel()
+    worst = np.where(inside, np.float32(0.0), np.float32(np.inf))
+    left = np.flatnonzero(inside)
+    for down in (0, -1, 1):
+        for aside in (0, -1, 1):
+            r, c = row[left] + down * spacing[left], column[left] + aside * spacing[left]
+            texel = r * side + c
+            depth = depths[texel]
+            x, y = ((axis.astype(np.float32) + offset) * step for axis in (c, r))
+            n = across[:, left]
+            off = np.abs(depth * (n[0] * x + n[1] * y + n[2]) - plane[left])
+            own = (depth > 0.0) & (materials[texel] == material[left])
+            worst[left] = np.maximum(worst[left], np.where(own, off, np.float32(np.inf)))
+            left = left[own]
+    return worst

@@ -8,7 +8,8 @@ A material is cached as a sum of lobes. A lobe is a diffuse base under one micro
 on one shading normal, seen through a weight that depends on the view:
 
     f = W(NoV) [diffuse_color R(diffuse_roughness) (1 - layer(NoV))
-                + D G F(LoH) / (4 NoV NoL) * multiscatter] + W(NoV) translucent_color / pi
+                + D G F(LoH) / (4 NoV NoL) * multiscatter
+                + translucent_color / pi (from behind) + sheen]
     F(LoH)     = specular_f0 + (specular_f90 - specular_f0) s(LoH) - specular_dip LoH (1 - LoH)^6
     layer(NoV) = layer_f0 A(NoV, roughness) + layer_f90 B(NoV, roughness)
     W(NoV)     = view_base + view_slope C(NoV)
@@ -21,7 +22,8 @@ exact Fresnel equations, as in Cycles. `specular_dip` is the edge tint of metals
 model of Kutz et al. 2021, in which it is linear). `layer` is the light that a dielectric over the
 diffuse base keeps from it (Principled BSDF). R is 1 / pi, or the rough diffuse of Cycles. C is the
 curve that `view_curve` names: what a Fresnel or Layer Weight node gives as a mix factor, or what a
-coat reflects; it is shaded at run time because a cached value would be the caching camera's.
+coat or a sheen reflects; it is shaded at run time, because a cached value would be the caching
+camera's.
 
 All colours are linear in what is stored, so a mix of materials is the mix of their colours
 where the other parameters agree, and a further lobe where they do not.
@@ -66,6 +68,7 @@ class ViewCurve(IntEnum):
     FRESNEL = 1
     FACING = 2
     COAT = 3
+    SHEEN = 4
 
 
 @dataclass(frozen=True)
@@ -92,7 +95,8 @@ class Channel:
     unit: str
     precision: Precision
     part: Literal[
-        "", "diffuse", "layer", "specular", "tangent", "translucent", "view", "emission", "ambient"
+        "", "diffuse", "layer", "specular", "tangent", "translucent", "sheen", "view", "emission",
+        "ambient"
     ]  # fmt: skip
     neutral: tuple[float, ...]
     meaning: str
@@ -148,16 +152,20 @@ _LOBE = (
             "unit vector along the surface, of an anisotropic lobe"),
     Channel("translucent_color", 3, "linear Rec.709", "1", "half", "translucent", (0.0, 0.0, 0.0),
             "albedo of light that comes diffusely through from behind"),
+    Channel("sheen_color", 3, "linear Rec.709", "1", "half", "sheen", (0.0, 0.0, 0.0),
+            "weight of the microfiber sheen"),
+    Channel("sheen_roughness", 1, "none", "1", "half", "sheen", (0.0,),
+            "its roughness"),
     Channel("view_base", 1, "none", "1", "half", "view", (1.0,),
             "weight of the lobe where the view's curve is 0"),
     Channel("view_slope", 1, "none", "1", "half", "view", (0.0,),
             "how much the view's curve adds to that weight where it is 1"),
     Channel("view_curve", 1, "none", "1", "half", "view", (0.0,),
-            "the view's curve: 0 none, 1 Fresnel, 2 facing, 3 the albedo of a coat"),
+            "the view's curve: 0 none, 1 Fresnel, 2 facing, 3 the albedo of a coat, 4 of a sheen"),
     Channel("view_parameter", 1, "none", "1", "half", "view", (0.0,),
             "the curve's F0 (Fresnel, coat) or exponent (facing)"),
     Channel("view_roughness", 1, "none", "1", "half", "view", (0.0,),
-            "roughness of the coat whose albedo is the curve"),
+            "roughness of the coat or sheen whose albedo is the curve"),
 )  # fmt: skip
 
 

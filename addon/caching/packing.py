@@ -40,7 +40,7 @@ TexelFormat = Literal[
 # Fields in which light is linear, and which are never below 0.
 _REFLECTANCES = {
     "diffuse_color", "layer_f0", "layer_f90", "specular_f0", "specular_f90", "dielectric",
-    "translucent_color",
+    "sheen_color", "translucent_color",
 }  # fmt: skip
 
 # Numbers of these kinds are stored as shares of the largest.

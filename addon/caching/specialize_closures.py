@@ -261,6 +261,8 @@ def _principled(inputs: _ClosureInputs) -> Lobes:
     lobes = Lobes((lobe,), emission)
     if inputs.used("Coat Weight"):
         lobes = _coated(inputs, lobes)
+    if inputs.used("Sheen Weight"):
+        lobes = _under_sheen(inputs, lobes)
     alpha = inputs.unit("Alpha")
     lobes = specialize_lobes.scale(build, lobes, alpha)
     return replace(lobes, transparency=build.complement(alpha))
@@ -302,7 +304,6 @@ def _report_principled(inputs: _ClosureInputs) -> None:
     for identifier, effect in (
         ("Transmission Weight", "transmitted light is left out, only reflection is shown"),
         ("Subsurface Weight", "subsurface scattering is shown as diffuse"),
-        ("Sheen Weight", "sheen is left out"),
         ("Thin Film Thickness", "the thin film is left out"),
     ):
         if inputs.used(identifier):
@@ -340,6 +341,44 @@ def _coated(inputs: _ClosureInputs, base: Lobes) -> Lobes:
         normal=inputs.context.normal(socket) or inputs.normal,
     )
     return specialize_lobes.add(build, under, Lobes.of(coat), inputs.report)
+
+
+def _under_sheen(inputs: _ClosureInputs, base: Lobes) -> Lobes:
+    """A sheen over other lobes; what it reflects to the viewer it takes from them."""
+    build = inputs.build
+    color = build.multiply(inputs.positive("Sheen Tint"), inputs.positive("Sheen Weight"))
+    roughness = inputs.unit("Sheen Roughness")
+    most = build.largest(color)
+    through = ViewWeight(
+        slope=build.multiply(most, Constant((-1.0,))),
+        curve=Constant((float(ViewCurve.SHEEN),)),
+        roughness=roughness,
+    )
+    # The table's albedo from the front, to within 0.02.
+    albedo = build.multiply(
+        build.power(build.maximum(roughness, Constant((1e-3,))), Constant((3.3,))),
+        Constant((0.36,)),
+    )
+    front = build.complement(build.multiply(most, albedo))
+    under = specialize_lobes.seen_through(build, base, through, front, inputs.report)
+    normal = inputs.normal
+    coat_normal = find_socket(inputs.node.inputs, "Coat Normal")
+    if inputs.used("Coat Weight") and inputs.context.is_linked(coat_normal):
+        own = specialize_lobes.unit_normal(build, normal)
+        normal = build.mix(own, inputs.context.value(coat_normal), inputs.unit("Coat Weight"))
+    sheen = Lobe(sheen_color=color, sheen_roughness=roughness, normal=normal)
+    return specialize_lobes.add(build, under, Lobes.of(sheen), inputs.report)
+
+
+def _sheen(inputs: _ClosureInputs) -> Lobes:
+    if inputs.node.distribution != "MICROFIBER":
+        inputs.approximate("its sheen is shown as that of microfibers")
+    lobe = Lobe(
+        sheen_color=inputs.positive("Color"),
+        sheen_roughness=inputs.unit("Roughness"),
+        normal=inputs.normal,
+    )
+    return Lobes.of(lobe)
 
 
 def _emission(build: ExpressionBuilder, colour: Expression, strength: Expression) -> Expression:
@@ -537,7 +576,7 @@ _CLOSURES: dict[str, Callable[[_ClosureInputs], Lobes]] = {
     "ShaderNodeBsdfRefraction": _refraction,
     "ShaderNodeSubsurfaceScattering": _subsurface,
     "ShaderNodeBsdfTranslucent": _translucent,
-    "ShaderNodeBsdfSheen": _as_diffuse("sheen"),
+    "ShaderNodeBsdfSheen": _sheen,
     "ShaderNodeBsdfHair": _as_diffuse("hair", has_normal=False),
     "ShaderNodeBsdfHairPrincipled": _as_diffuse("hair", has_normal=False),
     "ShaderNodeBsdfToon": _toon,

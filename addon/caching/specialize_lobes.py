@@ -68,6 +68,8 @@ class Lobe:
     aspect: Expression = ONE
     tangent: Expression | None = None
     translucent_color: Expression = BLACK
+    sheen_color: Expression = BLACK
+    sheen_roughness: Expression = ZERO
     normal: Expression | None = None
     view: ViewWeight = FULL_VIEW
 
@@ -88,11 +90,22 @@ class Lobe:
         return not is_zero(self.translucent_color)
 
     @property
+    def has_sheen(self) -> bool:
+        return not is_zero(self.sheen_color)
+
+    @property
     def is_black(self) -> bool:
-        return not (self.has_diffuse or self.has_specular or self.has_translucent)
+        return not (self.has_diffuse or self.has_specular or self.has_translucent or self.has_sheen)
 
 
-COLORS = ("diffuse_color", "specular_f0", "specular_f90", "specular_dip", "translucent_color")
+COLORS = (
+    "diffuse_color",
+    "specular_f0",
+    "specular_f90",
+    "specular_dip",
+    "translucent_color",
+    "sheen_color",
+)
 
 
 @dataclass(frozen=True)
@@ -248,6 +261,7 @@ def _agree(a: Lobe, b: Lobe) -> bool:
         # A layer is over the diffuse base, and is the part of the specular lobe that follows
         # Fresnel's curve; its albedo is that of its own lobe's roughness.
         and (same_layer or not all(x.has_diffuse or x.has_layer for x in (a, b)))
+        and (a.sheen_roughness == b.sheen_roughness or not (a.has_sheen and b.has_sheen))
         and (same_shape or not all(x.has_specular or x.has_layer for x in (a, b)))
     )
 
@@ -272,6 +286,7 @@ def _sum(build: ExpressionBuilder, a: Lobe, b: Lobe) -> Lobe:
         tangent=specular.tangent,
         diffuse_roughness=diffuse.diffuse_roughness,
         diffuse_model=diffuse.diffuse_model,
+        sheen_roughness=(a if a.has_sheen else b).sheen_roughness,
         layer_f0=layer.layer_f0,
         layer_f90=layer.layer_f90,
     )
@@ -350,4 +365,6 @@ def reads(lobe: Lobe, part: str) -> bool:
         return lobe.has_specular or lobe.has_layer
     if part == "translucent":
         return lobe.has_translucent
+    if part == "sheen":
+        return lobe.has_sheen
     return not lobe.is_black

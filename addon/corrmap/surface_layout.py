@@ -100,6 +100,7 @@ class SurfaceLayout:
             "HAS_ROUGH_DIFFUSE": ("diffuse_roughness",),
             "HAS_DIFFUSE_MODEL": ("diffuse_model",),
             "HAS_TRANSLUCENT": ("translucent_color",),
+            "HAS_SHEEN": ("sheen_color",),
             "HAS_VIEW_WEIGHT": ("view_slope", "view_base"),
         }
         lobes = range(1, self.plan.lobes + 1)

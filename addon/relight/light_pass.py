@@ -14,7 +14,7 @@ from ..corrmap.surface_layout import SurfaceLayout
 from ..glsl.shader import PassShader, ShaderProgram
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
-from .albedo_pass import ALBEDO_SAMPLERS, AlbedoTextures
+from .albedo_pass import AlbedoTextures, table_library, table_samplers
 from .blend_pass import add_fullscreen
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
@@ -84,9 +84,7 @@ class LightPass:
         if not light.is_lit:
             return
         program = self._program(light, shadow is not None)
-        textures = surface.textures()
-        if reads_tables(self._layout):
-            textures |= self._tables.textures
+        textures = surface.textures() | self._tables.textures(self._layout)
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface),
             "light": light_uniforms(light, sample, surface.origin, weight),
@@ -104,22 +102,16 @@ class LightPass:
         return self._programs[variant]
 
 
-def reads_tables(layout: SurfaceLayout) -> bool:
-    """Whether the tables of the specular terms are read: for specular lobes, and coats."""
-    return layout.has("HAS_SPECULAR") or layout.has("HAS_VIEW_WEIGHT")
-
-
 def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
     light_type, has_spread, shadowed = variant
     flags = {"HAS_SPREAD": has_spread, "HAS_SHADOW": shadowed}
-    tables = reads_tables(layout)
     return PassShader(
         name=f"light_{light_type.lower()}",
         fragment="light",
         library=(
             *SURFACE_LIBRARY,
             "diffuse",
-            *(("albedo_table", "bsdf", "view_weight") if tables else ()),
+            *table_library(layout),
             "light",
             *(("shadow",) if shadowed else ()),
         ),
@@ -127,7 +119,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
         blocks=(VIEW_BLOCK, LIGHT_BLOCK, *((SHADOW_BLOCK,) if shadowed else ())),
         samplers=(
             *layout.samplers,
-            *(ALBEDO_SAMPLERS if tables else ()),
+            *table_samplers(layout),
             *((SHADOW_SAMPLER,) if shadowed else ()),
         ),
         outputs=(("VEC4", "radiance"),),

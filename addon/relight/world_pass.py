@@ -14,7 +14,7 @@ from ..glsl.shader import PassShader, SamplerType, ShaderProgram, texture_from_a
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.view import View
 from ..scene.world import World
-from .albedo_pass import ALBEDO_SAMPLERS, AlbedoTextures
+from .albedo_pass import AlbedoTextures, table_library, table_samplers
 from .blend_pass import add_fullscreen
 from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
 from .world_light import LOBE_ROUGHNESS, prepare_world
@@ -175,7 +175,7 @@ class AmbientPass:
         has_picture = world.picture is not None
         if has_picture not in self._programs:
             self._programs[has_picture] = _ambient(has_picture, self._layout).build()
-        textures = surface.textures() | self._tables.textures
+        textures = surface.textures() | self._tables.textures(self._layout, ambient=True)
         if has_picture:
             textures |= {"world_picture": world.picture, "world_lobes": world.lobes}
         radiance = world.world.radiance
@@ -191,7 +191,7 @@ class AmbientPass:
 
 
 def _ambient(has_picture: bool, layout: SurfaceLayout) -> PassShader:
-    samplers = (*layout.samplers, *ALBEDO_SAMPLERS)
+    samplers = (*layout.samplers, *table_samplers(layout, ambient=True))
     if has_picture:
         samplers = (*samplers, ("world_picture", "FLOAT_2D"), ("world_lobes", "FLOAT_2D"))
     return PassShader(
@@ -199,9 +199,7 @@ def _ambient(has_picture: bool, layout: SurfaceLayout) -> PassShader:
         fragment="ambient",
         library=(
             *SURFACE_LIBRARY,
-            "albedo_table",
-            "bsdf",
-            "view_weight",
+            *table_library(layout, ambient=True),
             *(_PICTURE_LIBRARY if has_picture else ()),
         ),
         generated=layout.read_glsl(),

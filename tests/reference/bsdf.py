@@ -18,6 +18,7 @@ from addon.relight.directional_albedo import (
     albedo_tables,
     dielectric_weight,
 )
+from addon.relight.sheen_table import sheen_table
 
 from .surfaces import Surfaces
 
@@ -43,6 +44,7 @@ class Lobe:
         self.diffuse_color, self.diffuse_roughness = get("diffuse_color"), get("diffuse_roughness")
         self.aspect, self.tangent = get("aspect"), get("tangent")
         self.diffuse_model = get("diffuse_model")
+        self.sheen_color, self.sheen_roughness = get("sheen_color"), get("sheen_roughness")
         self.translucent_color = get("translucent_color")
         self.f0, self.f90, self.dip = get("specular_f0"), get("specular_f90"), get("specular_dip")
         self.layer_f0, self.layer_f90 = get("layer_f0"), get("layer_f90")
@@ -75,6 +77,7 @@ class Lobe:
             f0 + (1.0 - f0) * np.vectorize(dielectric_weight)(NoV, f0),
             1.0 - np.maximum(NoV, 1e-20) ** parameter,
             f0 + (1.0 - f0) * dielectric_share(f0, roughness, NoV),
+            sheen_shape(NoV, roughness)[..., 0],
         ]
         return np.asarray(base + slope * np.choose(curve.astype(np.int64), values))[..., None]
 
@@ -119,6 +122,23 @@ class Lobe:
         minnaert = (k + 1.0) / (2.0 * np.pi) * both ** (k - 1.0) * NoL
         is_minnaert = (self.diffuse_model == 1.0)[..., None]
         return self.diffuse_color * np.where(is_minnaert, minnaert[..., None], base)
+
+    @property
+    def sheen_albedo(self) -> Array:
+        """(H, W, 3)."""
+        shape = sheen_shape(dot(self.N, self.V), self.sheen_roughness)
+        return self.sheen_color * shape[..., :1]
+
+    def sheen(self, L: Array) -> Array:
+        """(H, W, 3) times NoL, in a frame with the view in the plane of x and z."""
+        NoV = dot(self.N, self.V)
+        x_axis = self.V - NoV[..., None] * self.N
+        x_axis = x_axis / np.linalg.norm(x_axis, axis=-1, keepdims=True)
+        x, y, z = (dot(axis, L) for axis in (x_axis, np.cross(self.N, x_axis), self.N))
+        R, a, b = np.moveaxis(sheen_shape(NoV, self.sheen_roughness), -1, 0)
+        size_sq = (a * x + b * z) ** 2 + (a * y) ** 2 + z**2
+        value = R * np.maximum(z, 0.0) / np.pi * (a / size_sq) ** 2
+        return self.sheen_color * value[..., None]
 
     def _oren_nayar(self, L: Array, NoL: Array) -> Array:
         sigma = np.clip(self.diffuse_roughness, 0.0, 1.0)
@@ -200,6 +220,16 @@ def dielectric_share(f0: Array, roughness: Array, mu: Array) -> Array:
     cube = albedo_tables().dielectric.astype(np.float64).reshape((DIELECTRIC_NODES,) * 3)
     at = np.stack([f0**0.25, roughness, mu], axis=-1)
     return np.asarray(RegularGridInterpolator((axis,) * 3, cube)(at))
+
+
+def sheen_shape(mu: Array, roughness: Array) -> Array:
+    """(..., 3) R, a, b between the table's nodes."""
+    axis = np.linspace(0.0, 1.0, len(sheen_table()))
+    at = np.stack([np.clip(roughness, 1e-3, 1.0), np.clip(mu, 0.0, 1.0)], axis=-1)
+    table = sheen_table()[..., :3].astype(np.float64)
+    shape = RegularGridInterpolator((axis, axis), table)(at)
+    is_out = (shape[..., 0] < 1e-5) | (np.abs(shape[..., 1]) < 1e-5)
+    return np.where(is_out[..., None], np.array([0.0, 1.0, 0.0]), shape)
 
 
 def _oren_nayar_integral(mu: Array) -> Array:

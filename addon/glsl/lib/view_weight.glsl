@@ -10,6 +10,11 @@ float view_weight(Lobe lobe, vec3 V)
   float NoV = clamp(abs(dot(lobe.N, V)), 0.0, 1.0);
   float f0 = lobe.view_parameter;
   float curve = 0.0;
+#ifdef HAS_SHEEN
+  if (lobe.view_curve > 3.5) {
+    return weight + lobe.view_slope * sheen_shape(NoV, lobe.view_roughness).x;
+  }
+#endif
   if (lobe.view_curve > 2.5) {
     /* What a coat reflects: Cycles' albedo of it, by which it dims what is under it. */
     curve = f0 + (1.0 - f0) * dielectric_albedo(NoV, lobe.view_roughness, f0);

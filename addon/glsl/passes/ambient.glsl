@@ -80,6 +80,11 @@ void main()
     vec3 reflectance = specular_albedo(lobe, mu, albedo);
     vec3 R = reflect(-s.V, N);
     vec3 seen = ambient.diffuse_factor * diffuse * diffuse_world(lobe.N);
+#ifdef HAS_SHEEN
+    /* Of its albedo; where the light comes from is left to the diffuse base's share. */
+    seen += ambient.diffuse_factor * lobe.sheen_color *
+            (sheen_shape(dot(lobe.N, s.V), lobe.sheen_roughness).x * diffuse_world(lobe.N));
+#endif
 #ifdef HAS_TRANSLUCENT
     seen += ambient.diffuse_factor * lobe.translucent_color * diffuse_world(-lobe.N);
 #endif

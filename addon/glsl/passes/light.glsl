@@ -5,15 +5,19 @@
 vec3 reflected(Lobe lobe, Surface s, Incidence lit)
 {
   vec3 diffuse = light.diffuse_factor * diffuse_base(lobe, s.V, lit.L);
+  vec3 over = vec3(0.0);
+#ifdef HAS_SHEEN
+  over = light.diffuse_factor * sheen(lobe, s.V, lit.L);
+#endif
 #ifdef HAS_SPECULAR
   vec3 N = specular_normal(lobe.N, s.Ng, s.V);
   float mu = dot(N, s.V);
   vec4 albedo = microfacet_albedo(mu, lobe.roughness);
   diffuse *= layer_transmission(lobe, mu, albedo);
-  return diffuse +
+  return over + diffuse +
          light.specular_factor * specular_lobe(lobe, N, s.V, lit.L, lit.cell_sq, albedo);
 #else
-  return diffuse;
+  return over + diffuse;
 #endif
 }
 
@@ -22,6 +26,9 @@ bool is_black(Lobe lobe)
   vec3 brightest = max(max(lobe.diffuse_color, lobe.f90), lobe.f0);
 #ifdef HAS_TRANSLUCENT
   brightest = max(brightest, lobe.translucent_color);
+#endif
+#ifdef HAS_SHEEN
+  brightest = max(brightest, lobe.sheen_color);
 #endif
   return max(max(brightest.x, brightest.y), brightest.z) <= 0.0;
 }

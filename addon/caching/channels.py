@@ -25,6 +25,10 @@ curve that `view_curve` names: what a Fresnel or Layer Weight node gives as a mi
 coat or a sheen reflects; it is shaded at run time, because a cached value would be the caching
 camera's.
 
+`multiscatter` and R depend on a colour: that of the lobe without the weight that it has in the
+material, which is the quotient of `specular_f0`, … by `specular_share`, and of `diffuse_color` by
+`diffuse_share`.
+
 All colours are linear in what is stored, so a mix of materials is the mix of their colours
 where the other parameters agree, and a further lobe where they do not.
 """
@@ -95,8 +99,8 @@ class Channel:
     unit: str
     precision: Precision
     part: Literal[
-        "", "diffuse", "layer", "specular", "tangent", "translucent", "sheen", "view", "emission",
-        "ambient"
+        "", "diffuse", "rough diffuse", "layer", "specular", "bounces", "tangent", "translucent",
+        "sheen", "view", "emission", "ambient"
     ]  # fmt: skip
     neutral: tuple[float, ...]
     meaning: str
@@ -129,6 +133,8 @@ _LOBE = (
             "roughness of the diffuse base; 0 is Lambert's. Minnaert's exponent where that is it"),
     Channel("diffuse_model", 1, "none", "1", "half", "diffuse", (0.0,),
             "model of the diffuse base: 0 Cycles' (Oren-Nayar), 1 Minnaert"),
+    Channel("diffuse_share", 1, "none", "1", "half", "rough diffuse", (1.0,),
+            "weight in diffuse_color; what bounces in a rough base depends on the colour without"),
     Channel("layer_f0", 1, "none", "1", "half", "layer", (0.0,),
             "reflectance at normal incidence of the dielectric layer over the diffuse base"),
     Channel("layer_f90", 1, "none", "1", "half", "layer", (0.0,),
@@ -143,6 +149,8 @@ _LOBE = (
             "how much a metal's edge tint takes from the reflectance near grazing incidence"),
     Channel("roughness", 1, "none", "1", "half", "specular", (1.0,),
             "Blender's roughness; alpha is its square"),
+    Channel("specular_share", 1, "none", "1", "half", "bounces", (1.0,),
+            "weight in the specular colours; what bounces between facets depends on them without"),
     Channel("distribution", 1, "none", "1", "half", "specular", (0.0,),
             "microfacet distribution: 0 multiscatter GGX, 1 GGX, 2 Beckmann, 3 Ashikhmin-Shirley; "
             "4 Phong, 5 Blinn, 6 Cook-Torrance"),

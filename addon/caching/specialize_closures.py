@@ -240,13 +240,18 @@ def _principled(inputs: _ClosureInputs) -> Lobes:
         build.multiply(glass_f0, glass),
     )
     dip = edge_dip(build, metal_f0, build.minimum(tint, ONE))
+    whole: Expression = ONE
+    if not is_constant(f90, 1.0):
+        whole = build.add(build.add(metallic, build.multiply(f90, opaque)), glass)
     lobe = Lobe(
         diffuse_color=build.multiply(base, opaque),
         diffuse_roughness=inputs.unit("Diffuse Roughness"),
+        diffuse_share=opaque,
         layer_f0=build.largest(f0_tinted),
         layer_f90=f90,
         specular_f0=specular_f0,
-        specular_f90=build.add(build.add(metallic, build.multiply(f90, opaque)), glass),
+        specular_f90=whole,
+        specular_share=whole,
         dielectric=build.add(opaque, glass),
         specular_dip=build.multiply(dip, metallic),
         roughness=inputs.unit("Roughness"),

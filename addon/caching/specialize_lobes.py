@@ -57,6 +57,7 @@ class Lobe:
     diffuse_color: Expression = BLACK
     diffuse_roughness: Expression = ZERO
     diffuse_model: Expression = ZERO
+    diffuse_share: Expression = ONE
     layer_f0: Expression = ZERO
     layer_f90: Expression = ZERO
     specular_f0: Expression = BLACK
@@ -64,6 +65,7 @@ class Lobe:
     dielectric: Expression = ZERO
     specular_dip: Expression = BLACK
     roughness: Expression = ONE
+    specular_share: Expression = ONE
     distribution: Expression = ZERO
     aspect: Expression = ONE
     tangent: Expression | None = None
@@ -145,6 +147,10 @@ class Lobes:
         )
 
 
+# Weights beside the colours.
+_SHARES = ("dielectric", "diffuse_share", "specular_share")
+
+
 def scale(build: ExpressionBuilder, lobes: Lobes, weight: Expression) -> Lobes:
     """The same lobes with a weight, a value or a colour."""
     return Lobes(
@@ -156,7 +162,10 @@ def scale(build: ExpressionBuilder, lobes: Lobes, weight: Expression) -> Lobes:
 
 def _scaled(build: ExpressionBuilder, lobe: Lobe, weight: Expression) -> Lobe:
     scaled: dict[str, Any] = {name: build.multiply(getattr(lobe, name), weight) for name in COLORS}
-    return replace(lobe, **scaled, dielectric=build.multiply(lobe.dielectric, build.mean(weight)))
+    share = build.mean(weight)
+    for name in _SHARES:
+        scaled[name] = build.multiply(getattr(lobe, name), share)
+    return replace(lobe, **scaled)
 
 
 def add(build: ExpressionBuilder, a: Lobes, b: Lobes, report: Reporter) -> Lobes:
@@ -267,8 +276,14 @@ def _agree(a: Lobe, b: Lobe) -> bool:
 
 
 def _sums(build: ExpressionBuilder, a: Lobe, b: Lobe) -> dict[str, Any]:
-    names = (*COLORS, "dielectric")
-    return {name: build.add(getattr(a, name), getattr(b, name)) for name in names}
+    names = (*COLORS, *_SHARES)
+    sums: dict[str, Any] = {n: build.add(getattr(a, n), getattr(b, n)) for n in names}
+    # What is not there has no share.
+    if not (a.has_specular and b.has_specular):
+        sums["specular_share"] = (a if a.has_specular else b).specular_share
+    if not (a.has_diffuse and b.has_diffuse):
+        sums["diffuse_share"] = (a if a.has_diffuse else b).diffuse_share
+    return sums
 
 
 def _sum(build: ExpressionBuilder, a: Lobe, b: Lobe) -> Lobe:
@@ -357,14 +372,17 @@ def expression_of(lobe: Lobe, field: str) -> Expression | None:
 
 def reads(lobe: Lobe, part: str) -> bool:
     """Whether a lobe reads the fields of a part (see `Channel.part`)."""
-    if part == "diffuse":
-        return lobe.has_diffuse
-    if part == "tangent":
-        return lobe.has_specular and lobe.tangent is not None
-    if part in ("layer", "specular"):
-        return lobe.has_specular or lobe.has_layer
-    if part == "translucent":
-        return lobe.has_translucent
-    if part == "sheen":
-        return lobe.has_sheen
-    return not lobe.is_black
+    has_specular = lobe.has_specular or lobe.has_layer
+    parts = {
+        "diffuse": lobe.has_diffuse,
+        "rough diffuse": lobe.has_diffuse and not is_zero(lobe.diffuse_roughness),
+        "layer": has_specular,
+        "specular": has_specular,
+        "bounces": (
+            lobe.has_specular and is_zero(lobe.distribution) and not is_zero(lobe.roughness)
+        ),
+        "tangent": lobe.has_specular and lobe.tangent is not None,
+        "translucent": lobe.has_translucent,
+        "sheen": lobe.has_sheen,
+    }
+    return parts.get(part, not lobe.is_black)

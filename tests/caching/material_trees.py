@@ -176,13 +176,18 @@ def _has_a_say(fields: Fields, field: str, is_there: bool) -> bool:
     if CHANNEL_BY_NAME[field].space == "linear Rec.709":
         return True
     specular = "specular_f0" in fields or "specular_f90" in fields
-    if field == "diffuse_roughness" or field.startswith("layer"):
-        return "diffuse_color" in fields or (specular and field != "diffuse_roughness")
-    if field == "tangent":
-        return "aspect" in fields
-    if CHANNEL_BY_NAME[field].part == "specular":
-        return specular
-    return (is_there and (field == "normal" or field.startswith("view_"))) or field in fields
+    diffuse = "diffuse_color" in fields
+    parts = {
+        "diffuse": diffuse,
+        "rough diffuse": diffuse and "diffuse_roughness" in fields,
+        "layer": diffuse or specular,
+        "specular": specular,
+        "bounces": specular and "distribution" not in fields,
+        "tangent": "aspect" in fields,
+        "view": is_there,
+    }
+    rest = field in fields or (is_there and field == "normal")
+    return parts.get(CHANNEL_BY_NAME[field].part, rest)
 
 
 def _check(baked: BakedTrees, tree: Tree, name: str, value: Value) -> None:

@@ -70,6 +70,7 @@ def principled_fields(
     fields = {
         "diffuse_color": base * opaque,
         "diffuse_roughness": diffuse_roughness,
+        "diffuse_share": opaque,
         "layer_f0": float(np.max(layer)),
         "layer_f90": f90,
         "specular_f0": metal * metallic + layer * opaque + glass * clear,
@@ -77,9 +78,11 @@ def principled_fields(
         "specular_dip": edge(metal, np.minimum(tint, 1.0)) * metallic,
         "dielectric": opaque + clear,
         "roughness": roughness,
+        "specular_share": metallic + f90 * opaque + clear,
         "distribution": distribution,
     }
-    return {name: value for name, value in fields.items() if np.any(value) or name == "roughness"}
+    kept = {"roughness", "specular_share"}
+    return {name: value for name, value in fields.items() if np.any(value) or name in kept}
 
 
 def principled(name: str, effects: tuple[str, ...] = (), **inputs: Any) -> Tree:
@@ -155,8 +158,8 @@ def coated(
     under = {
         key: np.asarray(value) * through if key in colours else value for key, value in base.items()
     }
-    if "dielectric" in under:
-        under["dielectric"] = under["dielectric"] * float(np.mean(through))
+    for name in {"dielectric", "diffuse_share", "specular_share"} & under.keys():
+        under[name] = under[name] * float(np.mean(through))
     view = {"slope": -weight, "curve": COAT, "parameter": f0, "roughness": roughness}
     under |= {f"view_{key}": value for key, value in view.items()}
     over = {
@@ -241,7 +244,8 @@ def glossy_fields(colour: Any, roughness: float, distribution: int) -> dict[str,
         "specular_f0": colour,
         "specular_f90": colour,
         "roughness": roughness,
-        "distribution": distribution,
+        # Zero is not a value of note: by it a lobe is known to have bounces.
+        **({"distribution": distribution} if distribution else {}),
     }
 
 

@@ -130,7 +130,7 @@ def _muted_group(tree: Any) -> Any:
     return shader
 
 
-QUARTER = [{"diffuse_color": 0.75 * RED} | gloss(0.25 * GOLD)]
+QUARTER = [{"diffuse_color": 0.75 * RED} | gloss(0.25 * GOLD, share=0.25)]
 TREES = [
     Tree("shiny group", surface(_shiny), layers(FRESNEL, reflectance(1.8))),
     Tree("nested groups", surface(_nested), QUARTER),

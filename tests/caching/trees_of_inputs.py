@@ -11,7 +11,7 @@ import numpy as np
 
 from .material_grid import node_in, set_inputs
 from .material_trees import Probes, Tree
-from .trees_of_closures import MULTI_GGX, glossy_fields, principled_fields
+from .trees_of_closures import MULTI_GGX, glossy_fields, principled_fields, reflectance
 from .view_trees import new_group, use_group
 
 Give = Callable[[Any], Any]
@@ -339,24 +339,24 @@ TREES = [*VALUES, *CARRIED, *MOVING, Tree("no nodes", _no_nodes_left)]
 ALIKE = [as_reflection("coloured", grain), as_reflection("from a value", height)]
 
 
-def _half_metal(tree: Any, output: Any) -> Mapping[str, Any]:
-    metallic = height(tree)
-    node = node_in(tree, "ShaderNodeBsdfPrincipled", Metallic=metallic)
+def _by_index(tree: Any, output: Any) -> Mapping[str, Any]:
+    ior = node_in(tree, "ShaderNodeMapRange", Value=height(tree), To_Min=1.2, To_Max=2.0)
+    node = node_in(tree, "ShaderNodeBsdfPrincipled", IOR=ior.outputs[0])
     tree.links.new(node.outputs[0], output.inputs["Surface"])
-    return {"value": metallic}
+    return {"ior": ior.outputs[0]}
 
 
-# F90 varies, for all that is known, and has one component.
+# Whether there is a layer at all depends on the IOR, so F90 varies, for all that is known, and
+# has one component.
 GREY = [
     Tree(
-        "half metal",
-        _half_metal,
+        "by index",
+        _by_index,
         [
             principled_fields()
             | {
-                "diffuse_color": lambda probes: 0.8 * (1.0 - probes["value"]),
-                "specular_f0": lambda probes: 0.04 + 0.76 * probes["value"],
-                "dielectric": lambda probes: first(1.0 - probes["value"]),
+                "layer_f0": lambda probes: reflectance(first(probes["ior"])),
+                "specular_f0": lambda probes: reflectance(probes["ior"]),
             }
         ],
     ),

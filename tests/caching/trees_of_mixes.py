@@ -69,8 +69,9 @@ def surface(make: Callable[[Any], Any]) -> Callable[[Any, Any], None]:
     return whole
 
 
-def gloss(colour: Any, roughness: float = 0.2) -> dict[str, Any]:
-    return glossy_fields(colour, roughness, MULTI_GGX)
+def gloss(colour: Any, roughness: float = 0.2, share: Any = 1.0) -> dict[str, Any]:
+    """A gloss whose weight is in its colour, and is this share."""
+    return glossy_fields(colour, roughness, MULTI_GGX) | {"specular_share": share}
 
 
 # Mixes of mixes.
@@ -94,7 +95,7 @@ def _tower_fields(depth: int) -> dict[str, Any]:
     for level in range(depth):
         red, blue, gold = (2.0 / 3.0 * x for x in (red, blue, gold))
         gold, blue = (gold + 1.0 / 3.0, blue) if level % 2 == 0 else (gold, blue + 1.0 / 3.0)
-    return {"diffuse_color": red * RED + blue * BLUE} | gloss(gold * GOLD)
+    return {"diffuse_color": red * RED + blue * BLUE} | gloss(gold * GOLD, share=gold)
 
 
 def _four_glosses(tree: Any) -> Any:
@@ -128,7 +129,7 @@ TOWERS = [
     Tree(
         "four lobes",
         surface(_four_glosses),
-        [gloss(w * c, r) for w, c, r in ((0.45, RED, 0.1), (0.15, BLUE, 0.2), (0.3, RED, 0.5),
+        [gloss(w * c, r, w) for w, c, r in ((0.45, RED, 0.1), (0.15, BLUE, 0.2), (0.3, RED, 0.5),
                                          (0.1, BLUE, 0.6))],
     ),
     Tree(
@@ -136,10 +137,14 @@ TOWERS = [
         surface(_too_many),
         [gloss([0.1] * 3, 0.1 * k) for k in range(1, MAX_LOBES)]
         # The last two weigh the same.
-        + [gloss([0.2] * 3, 0.1 * (MAX_LOBES + 0.5))],
+        + [gloss([0.2] * 3, 0.1 * (MAX_LOBES + 0.5), 2.0)],
         effects=("of its 5 lobes",),
     ),
-    Tree("used twice", surface(_used_twice), [{"diffuse_color": 1.5 * RED} | gloss(0.5 * GOLD)]),
+    Tree(
+        "used twice",
+        surface(_used_twice),
+        [{"diffuse_color": 1.5 * RED} | gloss(0.5 * GOLD, share=0.5)],
+    ),
     Tree(
         "principled and diffuse",
         surface(
@@ -150,7 +155,7 @@ TOWERS = [
         [
             principled_fields()
             | {"diffuse_color": [0.6] * 3, "specular_f0": 0.03, "specular_f90": 0.75,
-               "dielectric": 0.75},
+               "specular_share": 0.75, "dielectric": 0.75},
             {"diffuse_color": 0.25 * RED},
         ],
     ),
@@ -200,7 +205,7 @@ TOWERS = [
                 tree, 0.5, mix(tree, 0.5, clear(tree), diffuse(tree, RED)), glossy(tree, GOLD)
             )
         ),
-        [{"diffuse_color": 0.25 / 0.75 * RED} | gloss(0.5 / 0.75 * GOLD)],
+        [{"diffuse_color": 0.25 / 0.75 * RED} | gloss(0.5 / 0.75 * GOLD, share=0.5 / 0.75)],
         effects=("75 %",),
     ),
 ]  # fmt: skip
@@ -272,7 +277,7 @@ def _soft_edge(tree: Any, output: Any) -> dict[str, Any]:
 
 def _mixed_fields(share: Callable[[Probes], Any]) -> dict[str, Any]:
     return {"diffuse_color": lambda probes: (1.0 - share(probes)) * RED} | gloss(
-        lambda probes: share(probes) * GOLD
+        lambda probes: share(probes) * GOLD, share=lambda probes: share(probes)[:, :1]
     )
 
 

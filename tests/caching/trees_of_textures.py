@@ -262,6 +262,7 @@ def _metal(probes: Probes) -> Any:
 TEXTURED = {
     "diffuse_color": lambda probes: (1.0 - _metal(probes)) * probes["Base Color"],
     "diffuse_roughness": lambda probes: first(probes["Diffuse Roughness"]),
+    "diffuse_share": lambda probes: 1.0 - _metal(probes),
     "layer_f0": lambda probes: _dielectric(probes).max(axis=1, keepdims=True),
     "layer_f90": 1.0,
     "specular_f0": lambda probes: (

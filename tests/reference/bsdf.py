@@ -42,12 +42,15 @@ class Lobe:
         self.roughness = get("roughness")
         self.distribution = get("distribution")
         self.diffuse_color, self.diffuse_roughness = get("diffuse_color"), get("diffuse_roughness")
+        self.diffuse_share = np.maximum(get("diffuse_share"), 1e-6)[..., None]
+        self.specular_share = np.maximum(get("specular_share"), 1e-6)[..., None]
         self.aspect, self.tangent = get("aspect"), get("tangent")
         self.diffuse_model = get("diffuse_model")
         self.sheen_color, self.sheen_roughness = get("sheen_color"), get("sheen_roughness")
         self.translucent_color = get("translucent_color")
         self.f0, self.f90, self.dip = get("specular_f0"), get("specular_f90"), get("specular_dip")
         self.layer_f0, self.layer_f90 = get("layer_f0"), get("layer_f90")
+        self.dielectric = get("dielectric")[..., None]
         self.span = (get("dielectric") * (self.layer_f90 - self.layer_f0))[..., None]
         covered = np.where(self.layer_f90 > 0.0, self.layer_f90, 1.0)
         self.ratio = np.clip(self.layer_f0 / covered, 0.0, 1.0)
@@ -83,7 +86,10 @@ class Lobe:
 
     def bounces(self, f0: Array, f90: Array, dip: Array | float = 0.0) -> Array:
         """The factor for light that bounces between facets; (H, W, 1 or 3)."""
-        Fss = np.clip(f0 + (f90 - f0) / 21.0 - dip / 126.0, 0.0, 1.0)
+        return self.bounces_of(mean_reflectance(f0, f90, dip))
+
+    def bounces_of(self, Fss: Array) -> Array:
+        """The same by the mean of Fresnel's term."""
         E, E_avg = self.E[..., None], self.E_avg[..., None]
         Fms = Fss * E_avg / (1.0 - Fss * (1.0 - E_avg))
         return np.asarray(1.0 + Fms * (1.0 - E) / E)
@@ -92,7 +98,16 @@ class Lobe:
     def own_bounces(self) -> Array:
         """Of the lobe itself: only multiscatter GGX has them."""
         has = (self.distribution == 0.0)[..., None]
-        return np.where(has, self.bounces(self.f0, self.f90, self.dip), 1.0)
+        Fss = mean_reflectance(*(x / self.specular_share for x in (self.f0, self.f90, self.dip)))
+        # A layer, and a metal, each by itself.
+        layer = self.dielectric / self.specular_share
+        layer_Fss = mean_reflectance(self.layer_f0, self.layer_f90)[..., None]
+        of_layer = np.minimum(layer * layer_Fss, Fss)
+        rest = np.minimum((Fss - of_layer) / np.where(layer < 0.999, 1.0 - layer, 1.0), 1.0)
+        both = of_layer * self.bounces_of(layer_Fss) + (Fss - of_layer) * self.bounces_of(rest)
+        is_both = (layer > 0.0) & (layer < 0.999)
+        bounces = np.where(is_both, both / np.maximum(Fss, 1e-20), self.bounces_of(Fss))
+        return np.where(has, bounces, 1.0)
 
     @property
     def albedo(self) -> Array:
@@ -147,7 +162,7 @@ class Lobe:
         NoV = np.maximum(dot(self.N, self.V), 0.0)
         s = dot(L, self.V) - NoL * NoV
         t = np.where(s > 0.0, s / np.maximum(np.maximum(NoL, NoV), 1e-37), s)
-        rho = np.clip(self.diffuse_color, 0.0, 1.0)
+        rho = np.clip(self.diffuse_color / self.diffuse_share, 0.0, 1.0)
         mean = (a * np.pi + (2.0 * np.pi - 5.6) / 3.0 * b)[..., None]
         lost_mean = np.where(mean < 1.0, 1.0 - mean, 1.0)  # Lambert's has no bounces
         bounced = rho**2 * mean / lost_mean / (1.0 - rho * lost_mean) / np.pi
@@ -212,6 +227,11 @@ class Lobe:
         F = np.maximum(F - self.dip * (LoH * (1.0 - LoH) ** 6)[..., None], 0.0)
         value = F * self.own_bounces * shape[..., None]
         return np.where(lit[..., None], value, 0.0)
+
+
+def mean_reflectance(f0: Array, f90: Array, dip: Array | float = 0.0) -> Array:
+    """Fresnel's term over all directions."""
+    return np.asarray(np.clip(f0 + (f90 - f0) / 21.0 - dip / 126.0, 0.0, 1.0))
 
 
 def dielectric_share(f0: Array, roughness: Array, mu: Array) -> Array:

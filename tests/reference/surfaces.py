@@ -189,6 +189,8 @@ def _random_extras(rng: np.random.Generator, shape: tuple[int, int], f0: Array) 
     parameter = np.where(curve == 2.0, 3.0 * rng.random(one), 0.3 * rng.random(one))
     return {
         "diffuse_roughness": rng.random(one) * (rng.random(one) < 0.7),
+        "diffuse_share": 1.0 - 0.9 * rng.random(one),
+        "specular_share": 1.0 - 0.9 * rng.random(one),
         "specular_dip": 4.0 * rng.random((*shape, 3)) * f0,
         "distribution": rng.integers(0, 7, one).astype(np.float64),
         "diffuse_model": rng.integers(0, 2, one).astype(np.float64),

@@ -167,14 +167,24 @@ bool bounces_between_facets(Lobe lobe)
 
 /* What Cycles adds for light that bounces between facets (microfacet_ggx_preserve_energy),
  * after Kulla and Conty, Revisiting Physically Based Shading at Imageworks (2017). */
-vec3 multiscatter(vec3 f0, vec3 f90, vec3 dip, vec4 albedo)
+vec3 multiscatter_of(vec3 Fss, vec4 albedo)
 {
-  /* Fresnel's mean for a dielectric is about 3 % above Schlick's at an index of 1.5 and this
-   * term is of second order, so Schlick's mean serves both. That of the dip is 1/126 of it. */
-  vec3 Fss = clamp(f0 + (f90 - f0) * SCHLICK_MEAN - dip / 126.0, vec3(0.0), vec3(1.0));
   float missing = (1.0 - albedo.x) / albedo.x;
   vec3 Fms = Fss * albedo.w / (vec3(1.0) - Fss * (1.0 - albedo.w));
   return vec3(1.0) + Fms * missing;
+}
+
+/* The mean of Fresnel's term over all directions. */
+vec3 mean_reflectance(vec3 f0, vec3 f90, vec3 dip)
+{
+  /* Fresnel's mean for a dielectric is about 3 % above Schlick's at an index of 1.5 and this
+   * term is of second order, so Schlick's mean serves both. That of the dip is 1/126 of it. */
+  return clamp(f0 + (f90 - f0) * SCHLICK_MEAN - dip / 126.0, vec3(0.0), vec3(1.0));
+}
+
+vec3 multiscatter(vec3 f0, vec3 f90, vec3 dip, vec4 albedo)
+{
+  return multiscatter_of(mean_reflectance(f0, f90, dip), albedo);
 }
 
 vec3 lobe_multiscatter(Lobe lobe, vec4 albedo)
@@ -182,11 +192,24 @@ vec3 lobe_multiscatter(Lobe lobe, vec4 albedo)
   if (!bounces_between_facets(lobe)) {
     return vec3(1.0);
   }
+  /* Of the lobe by itself, whatever its share in the material. */
+  float whole = 1.0 / max(lobe.specular_share, 1e-6);
 #ifdef HAS_DIP
-  return multiscatter(lobe.f0, lobe.f90, lobe.dip, albedo);
+  vec3 Fss = mean_reflectance(lobe.f0 * whole, lobe.f90 * whole, lobe.dip * whole);
 #else
-  return multiscatter(lobe.f0, lobe.f90, vec3(0.0), albedo);
+  vec3 Fss = mean_reflectance(lobe.f0 * whole, lobe.f90 * whole, vec3(0.0));
 #endif
+  float layer = lobe.dielectric * whole;
+  if (layer <= 0.0 || layer >= 0.999) {
+    return multiscatter_of(Fss, albedo);
+  }
+  /* Part of it is a dielectric, and what is left a metal: light bounces in each by itself. */
+  vec3 layer_Fss = mean_reflectance(vec3(lobe.layer.x), vec3(lobe.layer.y), vec3(0.0));
+  vec3 of_layer = min(layer * layer_Fss, Fss);
+  vec3 of_metal = Fss - of_layer;
+  return (of_layer * multiscatter_of(layer_Fss, albedo) +
+          of_metal * multiscatter_of(min(of_metal / (1.0 - layer), vec3(1.0)), albedo)) /
+         max(Fss, vec3(1e-20));
 }
 
 /* Schlick's and the dielectric's share of the split sum, of the layer of a lobe. */

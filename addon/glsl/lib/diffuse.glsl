@@ -16,7 +16,7 @@ float oren_nayar_G(float mu)
 }
 
 /* Fujii's model with the light that bounces between facets after OpenPBR, without the colour and
- * times NoL. The colour's share in the bounces is that of the lobe's own albedo. */
+ * times NoL. The bounces' colour is that of the base by itself, whatever its share in the material. */
 vec3 oren_nayar(Lobe lobe, vec3 V, vec3 L, float NoL)
 {
   float sigma = clamp(lobe.diffuse_roughness, 0.0, 1.0);
@@ -27,7 +27,7 @@ vec3 oren_nayar(Lobe lobe, vec3 V, vec3 L, float NoL)
   if (t > 0.0) {
     t /= max(NoL, NoV) + 1e-37;
   }
-  vec3 albedo = clamp(lobe.diffuse_color, vec3(0.0), vec3(1.0));
+  vec3 albedo = clamp(lobe.diffuse_color / max(lobe.diffuse_share, 1e-6), vec3(0.0), vec3(1.0));
   float E_mean = a * PI + (2.0 * PI - 5.6) / 3.0 * b;
   vec3 bounced = albedo * albedo * (E_mean / (PI * (1.0 - E_mean))) /
                  (vec3(1.0) - albedo * (1.0 - E_mean));

@@ -8,6 +8,7 @@ struct Lobe {
   vec3 N; /* unit shading normal */
   vec3 diffuse_color;
   float diffuse_roughness;
+  float diffuse_share; /* weight in diffuse_color */
   float diffuse_model;
   vec2 layer; /* f0 and f90 of the dielectric layer over the diffuse base */
   vec3 f0;
@@ -15,6 +16,7 @@ struct Lobe {
   float dielectric; /* weight of the layer itself in the specular lobe */
   vec3 dip;
   float roughness;
+  float specular_share; /* weight in f0, f90 and dip */
   float distribution;
   float aspect;
   vec3 tangent;

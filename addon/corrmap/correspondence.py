@@ -21,7 +21,7 @@ from ..errors import InputError
 from ..glsl.shader import PassShader, Samplers, Texture, framebuffer, read_texture, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
 from .surface_buffer import SurfaceBuffer
-from .tile_layout import BLOCK_BITS, BlockNumbers
+from .tile_layout import BlockNumbers
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
 
@@ -65,7 +65,6 @@ def camera_block(count: int) -> UniformBlock:
             Field("vec4", "forward", count),
             Field("vec4", "place", count),
             Field("vec4", "picture", count),
-            Field("ivec4", "pages"),
         ),
     )
 
@@ -73,8 +72,8 @@ def camera_block(count: int) -> UniformBlock:
 def camera_uniforms(
     cameras: Sequence[CachingCamera], numbers: BlockNumbers, origin: NDArray[np.float64]
 ) -> dict[str, Any]:
-    """Values of `camera_block`, but for `pages`: each camera's unit axes, its place with
-    tan(fov / 2), and its picture: first block, blocks along a side, 0, texels along a side."""
+    """Values of `camera_block`: each camera's unit axes, its place with tan(fov / 2), and its
+    picture: first block, blocks along a side, 0, texels along a side."""
     world_from_camera = np.stack([camera.world_from_camera for camera in cameras])
 
     def padded(vectors: NDArray[np.float64], last: NDArray[np.float64] | float) -> Any:
@@ -99,7 +98,6 @@ _VISIBLE_SAMPLERS: Samplers = (
     ("visible_normal", "FLOAT_2D"),
 )
 _LIBRARY = ("tolerances", "caching_camera")
-_DEFINES = (("BLOCK_BITS", str(BLOCK_BITS)),)
 
 
 class CorrespondencePass:
@@ -107,12 +105,12 @@ class CorrespondencePass:
 
     def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
-        self._cameras = camera_uniforms(pages.cameras, pages.numbers, origin)
+        self._uniforms = {"caching_cameras": camera_uniforms(pages.cameras, pages.numbers, origin)}
         self._program = PassShader(
             name="correspondence",
             fragment="correspondence",
             library=_LIBRARY,
-            defines=_DEFINES,
+            defines=pages.defines,
             blocks=(camera_block(len(pages.cameras)),),
             samplers=(*_VISIBLE_SAMPLERS, *pages.depth_samplers),
             outputs=(("VEC4", "correspondence"),),
@@ -128,7 +126,7 @@ class CorrespondencePass:
                 "visible_normal": visible.normal,
                 **self._pages.depth_textures(),
             },
-            {"caching_cameras": {**self._cameras, "pages": self._pages.bits}},
+            self._uniforms,
         )
         return CorrespondenceMap(texture)
 
@@ -139,14 +137,14 @@ class GatherPass:
     def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
         self._origin = np.array(origin, dtype=np.float64)
-        self._cameras = camera_uniforms(pages.cameras, pages.numbers, origin)
+        self._uniforms = {"caching_cameras": camera_uniforms(pages.cameras, pages.numbers, origin)}
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
         self._program = PassShader(
             name="gather",
             fragment="gather",
             library=("material_table", *_LIBRARY),
-            defines=_DEFINES,
+            defines=pages.defines,
             generated=pages.glsl(),
             blocks=(camera_block(len(pages.cameras)),),
             samplers=(*_VISIBLE_SAMPLERS, ("correspondence", "FLOAT_2D"), *pages.samplers),
@@ -165,7 +163,7 @@ class GatherPass:
                 "correspondence": correspondence.texture,
                 **self._pages.textures(),
             },
-            {"caching_cameras": {**self._cameras, "pages": self._pages.bits}},
+            self._uniforms,
         )
         return SurfaceBuffer(
             width=width,

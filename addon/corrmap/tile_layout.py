@@ -23,7 +23,7 @@ BLOCK_BITS = 4
 BLOCK = 1 << BLOCK_BITS
 
 # Blocks along the table's side: a power of two that every GPU's textures have.
-_TABLE_BITS = 11
+TABLE_BITS = 11
 
 # Blocks along a page's side, unless the GPU has too few pages: with 512 texels, the empty places
 # of the last page are few.
@@ -117,6 +117,10 @@ class PageShape:
         """Texels of all pages."""
         return self.count * self.side**2
 
+    def with_places(self, places: int) -> PageShape:
+        """Pages of the same side for at least as many places."""
+        return PageShape(self.bits, max(-(-places >> (2 * self.bits)), 1))
+
     def corners(self, places: NDArray[np.int64]) -> NDArray[np.int64]:
         """(N, 3) page, x and y of the lower left texels of places."""
         mask = (1 << self.bits) - 1
@@ -153,14 +157,9 @@ def block_table(
     depth_place: NDArray[np.int64], packed_place: NDArray[np.int64]
 ) -> NDArray[np.float32]:
     """(rows, 2^bits, 2) float32: the places of every block's depth and other channels, negative
-    where they are not held; `block_table_bits` gives the bits."""
-    width = 1 << _TABLE_BITS
+    where they are not held; the bits are TABLE_BITS."""
+    width = 1 << TABLE_BITS
     rows = -(-len(depth_place) // width)
     table = np.full((rows * width, 2), -1.0, dtype=np.float32)
     table[: len(depth_place)] = np.stack([depth_place, packed_place], axis=-1)
     return table.reshape(rows, width, 2)
-
-
-def block_table_bits() -> int:
-    """The table has 2 to the power of this many blocks in a row."""
-    return _TABLE_BITS

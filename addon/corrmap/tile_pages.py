@@ -40,10 +40,11 @@ from .surface_layout import MAX_VALUE_TEXTURES, SurfaceLayout
 from .texel_codes import from_texel_codes, to_texel_codes
 from .tile_layout import (
     BLOCK,
+    BLOCK_BITS,
+    TABLE_BITS,
     BlockNumbers,
     PageShape,
     block_table,
-    block_table_bits,
     page_shape,
 )
 
@@ -95,16 +96,16 @@ class TilePages:
         self.material_table = texture_from_array(table.rows(packing), "RGBA32F")
         self.warnings: tuple[str, ...] = ()
         self._budget = budget
-        blocks = int(kept.sum())
-        shape = _pages_for(blocks)
+        blocks = max(int(kept.sum()), 1)
+        shape = page_shape(blocks, max_texture_width(), max_texture_layers())
         self._depth_place = np.where(kept, np.cumsum(kept) - 1, -1)
         self._depth = BlockPages(shape, ("R32F",))
-        self._block_bytes = packing.texel_bytes * BLOCK**2
         room = budget - shape.texels * _DEPTH_BYTES - self.numbers.count * _TABLE_BYTES
-        self._within = shape.texels * packing.texel_bytes <= room
-        self._store = None if self._within else PackedBlocks(packing.textures)
-        if not self._within:
-            shape = _at_most(max(room // max(self._block_bytes, 1), 1))
+        fits = shape.texels * packing.texel_bytes <= room
+        self._store = None if fits else PackedBlocks(packing.textures)
+        if not fits:
+            pages = room // max(shape.side**2 * packing.texel_bytes, 1)
+            shape = PageShape(shape.bits, max(pages, 1))
         self._allowed = shape
         self._make_packed(shape)
 
@@ -119,10 +120,13 @@ class TilePages:
         self._table = texture_from_array(table, "RG32F")
 
     @property
-    def bits(self) -> NDArray[np.int64]:
-        """(4,) the shader's `pages`: sides of the table, of the depth's and of the packed pages, in
-        blocks, as powers of two; and 0."""
-        return np.array([block_table_bits(), self._depth.shape.bits, self._packed.shape.bits, 0])
+    def defines(self) -> tuple[tuple[str, str], ...]:
+        """What caching_camera.glsl needs of the blocks, the pages and the table."""
+        return (
+            ("BLOCK_BITS", str(BLOCK_BITS)),
+            ("PAGE_BITS", str(self._depth.shape.bits)),
+            ("TABLE_BITS", str(TABLE_BITS)),
+        )
 
     @property
     def is_paged(self) -> bool:
@@ -212,7 +216,7 @@ class TilePages:
             return
         wanted = np.flatnonzero(self.numbers.shown(found) & self.kept)
         if len(wanted) > self._resident.places:
-            self._make_packed(_pages_for(len(wanted)))
+            self._make_packed(self._allowed.with_places(len(wanted)))
         elif len(wanted) <= self._allowed.places < self._resident.places:
             self._make_packed(self._allowed)
         self.warnings = self._excess()
@@ -305,16 +309,6 @@ def _read(framebuffers: Sequence[DeepFramebuffer], progress: Progress) -> Iterat
     for index in range(len(framebuffers)):
         progress(index / len(framebuffers), f"Reading camera {index + 1} of {len(framebuffers)}")
         yield framebuffers[index]
-
-
-def _pages_for(blocks: int) -> PageShape:
-    return page_shape(max(blocks, 1), max_texture_width(), max_texture_layers())
-
-
-def _at_most(blocks: int) -> PageShape:
-    """Pages of no more blocks, but for one."""
-    shape = _pages_for(blocks)
-    return PageShape(shape.bits, max(blocks >> (2 * shape.bits), 1))
 
 
 def _cut(pixels: NDArray[Any], which: NDArray[np.bool_]) -> NDArray[Any]:

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Caching cameras: projection into a deep framebuffer, where its texels lie, and the visibility of a
- * point. Needs: block caching_cameras, samplers cache_blocks and cache_depth, BLOCK_BITS,
- * tolerances.glsl. */
+ * point. Needs: block caching_cameras, samplers cache_blocks and cache_depth, tolerances.glsl, and
+ * sides as powers of two: a block's of texels (BLOCK_BITS), a page's (PAGE_BITS) and the table's
+ * (TABLE_BITS) of blocks. */
 
 /* Right, up and forward components of a local vector. */
 vec3 camera_axes(int camera, vec3 v)
@@ -39,29 +40,30 @@ ivec2 block_places(int camera, ivec2 block)
 {
   vec4 picture = caching_cameras.picture[camera];
   int number = int(picture.x) + block.y * int(picture.y) + block.x;
-  int bits = caching_cameras.pages.x;
-  ivec2 line = ivec2(number & ((1 << bits) - 1), number >> bits);
+  ivec2 line = ivec2(number & ((1 << TABLE_BITS) - 1), number >> TABLE_BITS);
   return ivec2(texelFetch(cache_blocks, line, 0).xy);
 }
 
-/* Where a texel of the block at `place` lies in pages of 2^bits blocks along a side. */
-ivec3 placed_texel(int place, int bits, ivec2 texel)
+/* Where a texel of the block at `place` lies in the pages. */
+ivec3 placed_texel(int place, ivec2 texel)
 {
-  ivec2 block = ivec2(place, place >> bits) & ((1 << bits) - 1);
+  ivec2 block = ivec2(place, place >> PAGE_BITS) & ((1 << PAGE_BITS) - 1);
   ivec2 inside = texel & ((1 << BLOCK_BITS) - 1);
-  return ivec3((block << BLOCK_BITS) + inside, place >> (2 * bits));
+  return ivec3((block << BLOCK_BITS) + inside, place >> (2 * PAGE_BITS));
 }
 
-/* Where a texel of a camera's picture lies in the pages; z < 0 where it is not held. */
-ivec3 page_texel(int camera, ivec2 texel)
+/* Where a texel lies in the pages, of whose block the places are known; z < 0 where it is not
+ * held. */
+ivec3 page_texel(ivec2 places, ivec2 texel)
 {
-  int place = block_places(camera, texel >> BLOCK_BITS).y;
-  return place < 0 ? ivec3(-1) : placed_texel(place, caching_cameras.pages.z, texel);
+  return places.y < 0 ? ivec3(-1) : placed_texel(places.y, texel);
 }
 
-/* The four texels round a picture position, and their bilinear weights. */
+/* The four texels round a picture position, the places of their blocks, and their bilinear
+ * weights. */
 struct Footprint {
   ivec2 texel[4];
+  ivec2 places[4];
   vec4 weight;
 };
 
@@ -77,6 +79,17 @@ Footprint bilinear_footprint(int camera, vec2 uv)
   footprint.texel[1] = clamp(c + ivec2(1, 0), ivec2(0), ivec2(last));
   footprint.texel[2] = clamp(c + ivec2(0, 1), ivec2(0), ivec2(last));
   footprint.texel[3] = clamp(c + ivec2(1, 1), ivec2(0), ivec2(last));
+  ivec2 first = footprint.texel[0] >> BLOCK_BITS;
+  ivec2 second = footprint.texel[3] >> BLOCK_BITS;
+  footprint.places[0] = block_places(camera, first);
+  footprint.places[1] = footprint.places[0];
+  footprint.places[2] = footprint.places[0];
+  footprint.places[3] = footprint.places[0];
+  if (first != second) {
+    footprint.places[1] = block_places(camera, ivec2(second.x, first.y));
+    footprint.places[2] = block_places(camera, ivec2(first.x, second.y));
+    footprint.places[3] = block_places(camera, second);
+  }
   footprint.weight = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
   return footprint;
 }
@@ -86,8 +99,7 @@ Footprint bilinear_footprint(int camera, vec2 uv)
  * rounding. `place` is its block's; `size` is the length of the coordinates that were rounded. */
 float same_surface(int camera, int place, ivec2 texel, vec3 q, vec3 n, float size)
 {
-  ivec3 at = placed_texel(place, caching_cameras.pages.y, texel);
-  float depth = texelFetch(cache_depth, at, 0).r;
+  float depth = texelFetch(cache_depth, placed_texel(place, texel), 0).r;
   if (depth <= 0.0) {
     return 0.0;
   }
@@ -103,15 +115,8 @@ float same_surface(int camera, int place, ivec2 texel, vec3 q, vec3 n, float siz
 vec4 visible_weights(int camera, Footprint footprint, vec3 q, vec3 n, float size)
 {
   vec4 weight = footprint.weight;
-  ivec2 block = footprint.texel[0] >> BLOCK_BITS;
-  int place = block_places(camera, block).x;
   for (int i = 0; i < 4; i++) {
-    /* Most footprints lie in one block. */
-    ivec2 own = footprint.texel[i] >> BLOCK_BITS;
-    if (own != block) {
-      block = own;
-      place = block_places(camera, block).x;
-    }
+    int place = footprint.places[i].x;
     weight[i] *= place < 0 ? 0.0 : same_surface(camera, place, footprint.texel[i], q, n, size);
   }
   return weight;

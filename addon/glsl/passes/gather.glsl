@@ -23,7 +23,7 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
   vec4 own = weight;
   ivec3 texel[4];
   for (int i = 0; i < 4; i++) {
-    texel[i] = page_texel(camera, footprint.texel[i]);
+    texel[i] = page_texel(footprint.places[i], footprint.texel[i]);
     if (texel[i].z < 0) {
       weight[i] = 0.0;
       own[i] = 0.0;
@@ -71,7 +71,7 @@ bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
       int camera = int(found.x);
       ivec2 texel = ivec2(found.yz * picture_resolution(camera));
       texel = clamp(texel, ivec2(0), ivec2(int(picture_resolution(camera)) - 1));
-      ivec3 at = page_texel(camera, texel);
+      ivec3 at = page_texel(block_places(camera, texel >> BLOCK_BITS), texel);
       if (at.z >= 0) {
         add_texel(at, 1.0 / float(x * x + y * y));
       }

@@ -339,6 +339,11 @@ OTHERS = [
         ],
     ),
     Tree(
+        "sheen",
+        closure("ShaderNodeBsdfSheen", Color=BASE, Roughness=0.4),
+        [{"sheen_color": BASE, "sheen_roughness": 0.4}],
+    ),
+    Tree(
         "translucent",
         closure("ShaderNodeBsdfTranslucent", Color=BASE),
         [{"translucent_color": BASE}],

@@ -12,7 +12,7 @@ import numpy as np
 
 from .material_grid import node_in
 from .material_trees import Probes, Tree
-from .trees_of_closures import BASE, edge, reflectance
+from .trees_of_closures import BASE, edge, principled_fields, reflectance
 from .trees_of_inputs import as_colour, as_roughness, first, grain, height, noise, position
 
 PIXELS = 8
@@ -309,4 +309,58 @@ WHOLE = [
     ),
 ]
 
-TREES = [*IMAGES, *NORMALS, *WHOLE]
+# Anisotropy: alpha is divided by the aspect along the tangent, and multiplied with it across.
+
+
+def _stretched(kind: str, anisotropy: str, rotation: str, amount: float, turns: float) -> Any:
+    def make(tree: Any, output: Any) -> Mapping[str, Any]:
+        node = node_in(tree, kind)
+        node.inputs[anisotropy].default_value = amount
+        node.inputs[rotation].default_value = turns
+        tangent = node_in(tree, "ShaderNodeTangent")
+        tangent.direction_type = "UV_MAP"
+        tree.links.new(tangent.outputs[0], node.inputs["Tangent"])
+        tree.links.new(node.outputs[0], output.inputs["Surface"])
+        return {"tangent": tangent.outputs[0]}
+
+    return make
+
+
+def _turned(turns: float) -> Callable[[Probes], Any]:
+    """About the planes' normal, +Z."""
+    sine, cosine = np.sin(2.0 * np.pi * turns), np.cos(2.0 * np.pi * turns)
+    turn = np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+    return lambda probes: probes["tangent"] @ turn.T
+
+
+GLOSSY, METALLIC = "ShaderNodeBsdfAnisotropic", "ShaderNodeBsdfMetallic"
+STRETCHED = [
+    *(
+        Tree(
+            f"glossy stretched by {amount}",
+            _stretched(GLOSSY, "Anisotropy", "Rotation", amount, 0.1),
+            [
+                {"specular_f0": 0.8, "specular_f90": 0.8, "roughness": 0.5}
+                | {"aspect": aspect, "tangent": _turned(0.1)}
+            ],
+        )
+        # Alpha along the tangent is 1 - a times as large, or by 1 + a.
+        for amount, aspect in ((0.4, 1.0 / 0.6), (-0.4, 0.6))
+    ),
+    Tree(
+        "metal stretched",
+        _stretched(METALLIC, "Anisotropy", "Rotation", 0.5, 0.0),
+        [
+            {"specular_f0": [0.617, 0.577, 0.540], "specular_f90": 1.0, "roughness": 0.5}
+            | {"specular_dip": edge(np.array([0.617, 0.577, 0.540]), [0.695, 0.726, 0.770])}
+            | {"aspect": np.sqrt(1.0 - 0.9 * 0.5), "tangent": _turned(0.0)}
+        ],
+    ),
+    Tree(
+        "principled stretched",
+        _stretched("ShaderNodeBsdfPrincipled", "Anisotropic", "Anisotropic Rotation", 0.8, 0.3),
+        [principled_fields() | {"aspect": np.sqrt(1.0 - 0.9 * 0.8), "tangent": _turned(0.3)}],
+    ),
+]
+
+TREES = [*STRETCHED, *IMAGES, *NORMALS, *WHOLE]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addon.errors import InputError
+from addon.progress import Progress, silent
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 from addon.scene.view import View
@@ -103,13 +104,16 @@ def require_light(scene: Any, arrays: SceneArrays) -> None:
         raise InputError(f"Scene '{scene.name}' has no light; add one to relight it.")
 
 
-def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSession:
+def open_session(
+    arrays: SceneArrays, cache: Path, samples: int, progress: Progress = silent
+) -> RelightSession:
     """A session on a scene's cache, with the scene's lights and world.
 
     Args:
         arrays: the scene.
         cache: the cache's folder.
         samples: of a finished picture's pixel.
+        progress: is told how far loading the cache is.
 
     Raises:
         InputError: there is no such cache, it is damaged, it was baked from another scene or not
@@ -122,7 +126,7 @@ def open_session(arrays: SceneArrays, cache: Path, samples: int) -> RelightSessi
 
     store = check_cache(arrays.geometry, cache, arrays.frame)
     open_gpu()
-    session = RelightSession(arrays.geometry, store, samples)
+    session = RelightSession(arrays.geometry, store, samples, progress=progress)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     return session

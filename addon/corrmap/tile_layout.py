@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 
 from ..errors import InputError
 
-# Texels along a block's side. In blocks of 8, 16 and 32 texels a fifth of a classroom's, a
-# seventh and a tenth could be dropped, where a quarter of the texels could; but each line of the
-# table takes 8 bytes, which a texel of the smallest block would feel.
+# Texels along a block's side. Of the pictures of a classroom a fifth of the texels could be
+# dropped by themselves, a sixth in blocks of 8, an eighth in blocks of 16, a twelfth in blocks of
+# 32; the smaller the block, the more footprints lie across its border, and cost more fetches.
 BLOCK_BITS = 4
 BLOCK = 1 << BLOCK_BITS
 

@@ -70,7 +70,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         view = read_views(scene, [args.camera], args.size)[0]
     require_light(scene, arrays)
     progress(0.15, f"loading {args.cache}")
-    session = open_session(arrays, args.cache, args.samples)
+    session = open_session(arrays, args.cache, args.samples, part_of(progress, 0.15, 0.4))
     session.set_view(view)
     started = time.monotonic()
     picture = session.render(part_of(progress, 0.4, 0.95))

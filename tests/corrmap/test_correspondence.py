@@ -49,6 +49,7 @@ def make_setup(
     scale: float = 1.0,
     offset: Sequence[float] = (0.0, 0.0, 0.0),
     size: tuple[int, int] = (160, 120),
+    resolutions: tuple[int, int] = (128, 64),
 ) -> Setup:
     moved = np.array(offset, dtype=np.float64)
     geometry = synthetic.room_with_box(scale, moved)
@@ -58,8 +59,10 @@ def make_setup(
         synthetic.looking_at(place, target), *size, 1.2, near=0.01 * scale, far=100.0 * scale
     )
     cameras = [
-        *synthetic.cube_cameras(moved + scale * np.array([-1.2, -1.0, 1.0]), 128),
-        *synthetic.cube_cameras(moved + scale * np.array([1.0, 1.2, -0.2]), 64, first_id=6),
+        *synthetic.cube_cameras(moved + scale * np.array([-1.2, -1.0, 1.0]), resolutions[0]),
+        *synthetic.cube_cameras(
+            moved + scale * np.array([1.0, 1.2, -0.2]), resolutions[1], first_id=6
+        ),
     ]
     setup = Setup(geometry, view, [], scale, moved)
     tracer = synthetic.Tracer(geometry)
@@ -222,3 +225,36 @@ def test_a_sheet_is_not_read_from_its_other_side(gpu_context: None) -> None:
     # The nearer cameras are behind the sheet and would win by distance.
     # A step of the pages' colour.
     assert np.allclose(result.diffuse, 0.75, atol=1.0 / 255.0)
+
+
+def test_dropped_blocks_are_not_offered(gpu_context: None, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The lookup of blocks equals that of the pictures themselves, with nothing where they were
+    dropped; also where pictures end within a block."""
+    from addon.corrmap import tile_pages
+    from addon.corrmap.tile_layout import BLOCK
+
+    setup = make_setup(resolutions=(100, 50))
+    random = np.random.default_rng(2)
+    sides = [framebuffer.camera.resolution for framebuffer in setup.framebuffers]
+    kept = [random.random((-(-side // BLOCK),) * 2) < 0.6 for side in sides]
+    monkeypatch.setattr(tile_pages, "kept_blocks", lambda *_args, **_options: kept)
+    drawn = draw(setup)
+    for framebuffer, blocks in zip(setup.framebuffers, kept, strict=True):
+        side = framebuffer.camera.resolution
+        texels = blocks.repeat(BLOCK, axis=0).repeat(BLOCK, axis=1)[:side, :side]
+        framebuffer.channels["depth"][~texels] = 0.0
+    points = drawn.position[:, :3] + setup.view.origin
+    expected = twin.correspondence(setup.framebuffers, points, drawn.normal, setup.view.origin)
+    same = drawn.found[:, 0] == expected[:, 0]
+    # As where nothing is dropped.
+    assert same.mean() > 0.998
+    seen = same & (expected[:, 0] >= 0)
+    assert 0.3 < seen.mean() < 0.9
+    assert np.abs(drawn.found - expected)[seen][:, 1:3].max() < 1e-6
+    material = np.rint(drawn.position[:, 3]).astype(np.int64)
+    color = twin.gather(
+        setup.framebuffers, drawn.found, points, drawn.normal,
+        material=material, origin=setup.view.origin, channel="diffuse_color",
+    )  # fmt: skip
+    error = np.abs(drawn.diffuse - color)[seen].max(axis=1)
+    assert np.percentile(error, 99.5) < 1.0 / 255.0

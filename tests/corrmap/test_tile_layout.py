@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from addon.corrmap.tile_layout import BLOCK, BlockNumbers, PageShape, block_table, page_shape
@@ -28,6 +28,7 @@ def test_a_picture_without_texels_is_refused() -> None:
         BlockNumbers((64, 0))
 
 
+@settings(deadline=None)  # a busy machine may be slow
 @given(st.integers(1, 40_000), st.sampled_from([4, 256, 2048]))
 def test_pages_hold_all_blocks_and_few_more(blocks: int, most_pages: int) -> None:
     shape = page_shape(blocks, 16384, most_pages)
@@ -37,7 +38,8 @@ def test_pages_hold_all_blocks_and_few_more(blocks: int, most_pages: int) -> Non
     # No page too many.
     assert shape.places - blocks < shape.side**2 // BLOCK**2
     corners = shape.corners(np.arange(shape.places))
-    assert len(np.unique(corners, axis=0)) == shape.places
+    # As one number each: numpy takes long to compare rows.
+    assert len(np.unique(corners @ [shape.side**2, 1, shape.side])) == shape.places
     assert (corners % [1, BLOCK, BLOCK] == 0).all()
     assert corners.max(axis=0).tolist() == [
         shape.count - 1,

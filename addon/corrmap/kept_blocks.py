@@ -90,6 +90,7 @@ def _kept(picture: SeenSurface, others: Sequence[SeenSurface]) -> NDArray[np.boo
     asked = np.zeros((side, side), dtype=bool)
     worth = np.zeros((side, side), dtype=bool)
     kept = np.zeros((blocks, blocks), dtype=bool)
+    likely = np.full((blocks, blocks), -1, dtype=np.int64)
     rivals = [_Rival.of(picture, other) for other in others]
     for stride in _STRIDES:
         open_texels = _texels_of(~kept, side)
@@ -101,10 +102,13 @@ def _kept(picture: SeenSurface, others: Sequence[SeenSurface]) -> NDArray[np.boo
             open_texels &= grid
         texels = np.flatnonzero(open_texels & hit & ~asked)
         asked.flat[texels] = True
-        worth.flat[texels] = ~_beaten(picture, rivals, texels)
+        row, column = np.divmod(texels, side)
+        block = row // BLOCK, column // BLOCK
+        winner = _winners(picture, rivals, texels, likely[block])
+        worth.flat[texels] = winner < 0
         kept |= _blocks_with(_grown(worth) if stride == 1 else worth)
-        # The next stride asks first who has beaten the most.
-        rivals.sort(key=lambda rival: -rival.won)
+        # Who has beaten one texel of a block is the likeliest to beat the others.
+        likely[block] = winner
     return kept
 
 
@@ -131,14 +135,13 @@ def _grown(texels: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return wide
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Rival:
     """Another camera, and how to come to its axes (right, up, forward) from a picture's own."""
 
     seen: SeenSurface
     turn: _Floats
     shift: _Floats
-    won: int = 0
 
     @classmethod
     def of(cls, picture: SeenSurface, seen: SeenSurface) -> _Rival:
@@ -154,31 +157,40 @@ def _axes(camera: CachingCamera) -> NDArray[np.float64]:
     return rows
 
 
-def _beaten(picture: SeenSurface, rivals: Sequence[_Rival], texels: _Texels) -> NDArray[np.bool_]:
-    """(K,) for texels by their flat index: whether some rival beats them."""
+def _winners(
+    picture: SeenSurface, rivals: Sequence[_Rival], texels: _Texels, likely: _Texels
+) -> _Texels:
+    """(K,) the number of a rival that beats each texel, -1 where none does.
+
+    Args:
+        picture: whose texels are asked about.
+        rivals: the other cameras.
+        texels: (K,) by their flat index.
+        likely: (K,) a rival to be tried first, or -1. Another one may come out where several beat
+            a texel, but not whether any does.
+    """
     winner = np.full(len(texels), -1, dtype=np.int64)
 
     def work(part: slice) -> None:
+        some, found, first = texels[part], winner[part], likely[part]
         # A normal that cannot be told is not a number, which wins no comparison.
         with np.errstate(all="ignore"):
-            some = texels[part]
             place, normal = _surface(picture, some)
             score = _score(picture.camera, place, normal)
-            material = picture.material.ravel()[some]
-            left = np.arange(len(some))
-            for number, rival in enumerate(rivals):
-                won = _beaten_by(
-                    rival, place[:, left], normal[:, left], score[left], material[left]
-                )
-                winner[part][left[won]] = number
-                left = np.delete(left, won)
-                if not len(left):
-                    break
+            points = _Points(place, normal, score, picture.material.ravel()[some])
+
+            def contest(number: int, left: _Texels) -> None:
+                found[_beaten_by(rivals[number], points, left)] = number
+
+            for number in np.unique(first[first >= 0]):
+                contest(int(number), np.flatnonzero(first == number))
+            for number in range(len(rivals)):
+                left = np.flatnonzero((found < 0) & (first != number))
+                if len(left):
+                    contest(number, left)
 
     in_parts(work, len(texels), _PART)
-    for number, rival in enumerate(rivals):
-        rival.won = int((winner == number).sum())
-    return winner >= 0
+    return winner
 
 
 def _surface(picture: SeenSurface, texels: _Texels) -> tuple[_Floats, _Floats]:
@@ -227,22 +239,28 @@ def _score(camera: CachingCamera, place: _Floats, normal: _Floats) -> _Floats:
     return facing * density * density / squared
 
 
-def _beaten_by(
-    rival: _Rival,
-    place: _Floats,
-    normal: _Floats,
-    score: _Floats,
-    material: NDArray[np.integer],
-) -> _Texels:
-    """Which of K points the rival sees better; places and normals in the picture's own axes."""
+@dataclass(frozen=True)
+class _Points:
+    """K points of a picture: places and normals (3, K) in its own axes, scores and materials."""
+
+    place: _Floats
+    normal: _Floats
+    score: _Floats
+    material: NDArray[np.integer]
+
+
+def _beaten_by(rival: _Rival, points: _Points, left: _Texels) -> _Texels:
+    """Which of the points, of those in `left`, the rival sees better."""
     camera = rival.seen.camera
     side = camera.resolution
     extent = np.float32(camera.half_extent)
-    there = rival.turn @ place + rival.shift[:, None]
+    there = rival.turn @ points.place[:, left] + rival.shift[:, None]
     reach = there[2] * extent
-    left = np.flatnonzero((reach > 0.0) & (np.abs(there[0]) <= reach) & (np.abs(there[1]) <= reach))
-    there, across = there[:, left], rival.turn @ normal[:, left]
-    ratio = _score(camera, there, across) / score[left]
+    # Beside the picture's edge nine texels leave the picture in any case.
+    seen = np.flatnonzero((np.abs(there[0]) < reach) & (np.abs(there[1]) < reach))
+    left, there = left[seen], there[:, seen]
+    across = rival.turn @ points.normal[:, left]
+    ratio = _score(camera, there, across) / points.score[left]
     # A picture's own score is above zero, unless its normal is wrong: then this is negative.
     better = ratio > MARGIN
     left, there, across, ratio = left[better], there[:, better], across[:, better], ratio[better]
@@ -254,43 +272,55 @@ def _beaten_by(
     column, row = (
         np.floor((there[axis] / reach * 0.5 + 0.5) * side).astype(np.int64) for axis in (0, 1)
     )
-    inside = (np.minimum(column, row) >= spacing) & (np.maximum(column, row) + spacing < side)
-    mine = np.linalg.norm(place[:, left], axis=0)
-    size = mine + np.sqrt((there * there).sum(axis=0))
-    bound = _SAME_SURFACE * (2.0 / side) * reach * spacing + _ROUNDING * size
-    worst = _farthest(rival.seen, row, column, spacing, there, across, material[left], inside)
+    inside = np.flatnonzero(
+        (np.minimum(column, row) >= spacing) & (np.maximum(column, row) + spacing < side)
+    )
+    left, there, across, ratio = left[inside], there[:, inside], across[:, inside], ratio[inside]
+    nine = _Nine(row[inside], column[inside], spacing[inside])
+    size = np.sqrt((points.place[:, left] ** 2).sum(axis=0)) + np.sqrt((there * there).sum(axis=0))
+    width = np.float32(2.0 / side) * reach[inside]
+    bound = _SAME_SURFACE * width * nine.spacing + _ROUNDING * size
+    worst = _farthest(rival.seen, nine, there, across, points.material[left])
     # The search takes off as much from the score where the surface leaves the plane.
     return left[ratio * (1.0 - worst / bound) > MARGIN]
 
 
-def _farthest(  # noqa: PLR0917 - what nine texels are compared with
+@dataclass(frozen=True)
+class _Nine:
+    """Nine texels for each of K points, all of them in the picture: the middle one, and how many
+    texels it is from each to the next."""
+
+    row: _Texels
+    column: _Texels
+    spacing: _Texels
+
+
+def _farthest(
     seen: SeenSurface,
-    row: _Texels,
-    column: _Texels,
-    spacing: _Texels,
+    nine: _Nine,
     there: _Floats,
     across: _Floats,
     material: NDArray[np.integer],
-    inside: NDArray[np.bool_],
 ) -> _Floats:
     """(K,) how far the farthest of nine texels lies off a point's plane, in metres; infinite where
-    one is out of the picture, hits nothing, or shows another material."""
+    one hits nothing or shows another material."""
     side = seen.camera.resolution
     step = np.float32(2.0 * seen.camera.half_extent / side)
     offset = np.float32(0.5 - 0.5 * side)
-    plane = (across * there).sum(axis=0)
     depths, materials = seen.depth.ravel(), seen.material.ravel()
-    worst = np.where(inside, np.float32(0.0), np.float32(np.inf))
-    left = np.flatnonzero(inside)
-    for down in (0, -1, 1):
-        for aside in (0, -1, 1):
-            r, c = row[left] + down * spacing[left], column[left] + aside * spacing[left]
-            texel = r * side + c
+    plane = (across * there).sum(axis=0)
+    middle = nine.row * side + nine.column
+    # A direction's part along the normal, at depth 1, and what it changes from texel to texel.
+    x, y = ((axis.astype(np.float32) + offset) * step for axis in (nine.column, nine.row))
+    along = across[0] * x + across[1] * y + across[2]
+    aside, up = (across[axis] * (step * nine.spacing.astype(np.float32)) for axis in (0, 1))
+    worst = np.zeros(len(middle), dtype=np.float32)
+    own = np.ones(len(middle), dtype=bool)
+    for j in (-1, 0, 1):
+        for i in (-1, 0, 1):
+            texel = middle + (j * side + i) * nine.spacing
             depth = depths[texel]
-            x, y = ((axis.astype(np.float32) + offset) * step for axis in (c, r))
-            n = across[:, left]
-            off = np.abs(depth * (n[0] * x + n[1] * y + n[2]) - plane[left])
-            own = (depth > 0.0) & (materials[texel] == material[left])
-            worst[left] = np.maximum(worst[left], np.where(own, off, np.float32(np.inf)))
-            left = left[own]
-    return worst
+            direction = along + np.float32(i) * aside + np.float32(j) * up
+            np.maximum(worst, np.abs(depth * direction - plane), out=worst)
+            own &= (depth > 0.0) & (materials[texel] == material)
+    return np.where(own, worst, np.float32(np.inf))

@@ -18,7 +18,16 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
-from ..glsl.shader import PassShader, Samplers, Texture, framebuffer, read_texture, texture_2d
+from ..glsl.shader import (
+    MAX_COLOR_SLOTS,
+    PassShader,
+    Samplers,
+    ShaderProgram,
+    Texture,
+    framebuffer,
+    read_texture,
+    texture_2d,
+)
 from ..glsl.uniforms import Field, UniformBlock
 from .surface_buffer import SurfaceBuffer
 from .tile_layout import BlockNumbers
@@ -140,31 +149,40 @@ class GatherPass:
         self._uniforms = {"caching_cameras": camera_uniforms(pages.cameras, pages.numbers, origin)}
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
-        self._program = PassShader(
+        self._programs = [
+            self._program(self._outputs[start : start + MAX_COLOR_SLOTS])
+            for start in range(0, len(self._outputs), MAX_COLOR_SLOTS)
+        ]
+
+    def _program(self, outputs: Sequence[str]) -> ShaderProgram:
+        """Writes some of the outputs; the others are variables that nothing reads."""
+        pages = self._pages
+        unread = "".join(f"vec4 {name};\n" for name in self._outputs if name not in outputs)
+        return PassShader(
             name="gather",
             fragment="gather",
             library=("material_table", *_LIBRARY),
             defines=pages.defines,
-            generated=pages.glsl(),
+            generated=unread + pages.glsl(),
             blocks=(camera_block(len(pages.cameras)),),
             samplers=(*_VISIBLE_SAMPLERS, ("correspondence", "FLOAT_2D"), *pages.samplers),
-            outputs=tuple(("VEC4", name) for name in self._outputs),
+            outputs=tuple(("VEC4", name) for name in outputs),
         ).build()
 
     def draw(self, visible: VisibleSurface, correspondence: CorrespondenceMap) -> SurfaceBuffer:
         """The view's surfaces, holes filled."""
         width, height = visible.position.width, visible.position.height
         targets = [texture_2d(width, height) for _ in self._outputs]
-        self._program.draw_fullscreen(
-            framebuffer(targets),
-            {
-                "visible_position": visible.position,
-                "visible_normal": visible.normal,
-                "correspondence": correspondence.texture,
-                **self._pages.textures(),
-            },
-            self._uniforms,
-        )
+        textures = {
+            "visible_position": visible.position,
+            "visible_normal": visible.normal,
+            "correspondence": correspondence.texture,
+            **self._pages.textures(),
+        }
+        for part, program in enumerate(self._programs):
+            start = part * MAX_COLOR_SLOTS
+            target = framebuffer(targets[start : start + MAX_COLOR_SLOTS])
+            program.draw_fullscreen(target, textures, self._uniforms)
         return SurfaceBuffer(
             width=width,
             height=height,

@@ -18,9 +18,9 @@ from ..caching.channels import CHANNEL_BY_NAME, LOBE_FIELDS, Channel, lobe_chann
 from ..caching.plan import ChannelPlan
 from ..glsl.shader import Samplers
 
-# Colour slots of a framebuffer (GL_MAX_COLOR_ATTACHMENTS is 8 on all that Blender runs on), less
-# one for the geometric normal.
-MAX_VALUE_TEXTURES = 7
+# Textures that a pass reads beside the surfaces' values: position, normal, material table, three
+# albedo tables, and two of the world.
+OTHER_TEXTURES = 8
 
 # Fields of the struct Lobe in addon/glsl/lib/surface.glsl, by the channel table's names.
 _GLSL_FIELDS = {

@@ -28,6 +28,7 @@ from ..glsl.shader import (
     Texture,
     max_texture_layers,
     max_texture_width,
+    max_textures,
     texture_from_array,
 )
 from ..progress import Progress, part_of, silent
@@ -36,7 +37,7 @@ from .kept_blocks import SeenSurface, kept_blocks
 from .material_table import MaterialTable
 from .packed_blocks import PackedBlocks
 from .resident_blocks import ResidentBlocks
-from .surface_layout import MAX_VALUE_TEXTURES, SurfaceLayout
+from .surface_layout import OTHER_TEXTURES, SurfaceLayout
 from .texel_codes import from_texel_codes, to_texel_codes
 from .tile_layout import (
     BLOCK,
@@ -261,10 +262,11 @@ def upload_tiles(
             materials than it has texels in a row, or more channels vary than it can draw at once.
     """
     surface_layout = SurfaceLayout(plan)
-    if surface_layout.texture_count > MAX_VALUE_TEXTURES:
+    most_textures = max_textures() - OTHER_TEXTURES
+    if surface_layout.texture_count > most_textures:
         raise InputError(
             f"the materials have {len(surface_layout.values)} values that vary over their "
-            f"surfaces, and {4 * MAX_VALUE_TEXTURES} can be drawn at once; make some of them "
+            f"surfaces, and this GPU can draw {4 * most_textures} at once; make some of them "
             "constant over their material"
         )
     materials = len(plan.material_names)

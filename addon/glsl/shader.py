@@ -244,6 +244,10 @@ def read_texture(texture: Any) -> NDArray[np.float32]:
     return pixels.reshape(texture.height, texture.width, -1).copy()
 
 
+# Colour slots of Blender's `gpu.types.GPUFrameBuffer`, fewer than most GPUs have.
+MAX_COLOR_SLOTS = 6
+
+
 def max_texture_layers() -> int:
     """Layers that an array texture may have."""
     return int(gpu.capabilities.max_texture_layers_get())
@@ -252,6 +256,11 @@ def max_texture_layers() -> int:
 def max_texture_width() -> int:
     """Texels that a texture may have along a side."""
     return int(gpu.capabilities.max_texture_size_get())
+
+
+def max_textures() -> int:
+    """Textures that a fragment shader may read."""
+    return int(gpu.capabilities.max_textures_frag_get())
 
 
 def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.caching.channels import CHANNEL_BY_NAME, channels_of
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.packing import PackedTexture, TexelFormat
 from addon.caching.plan import ChannelPlan
@@ -17,6 +18,7 @@ from addon.corrmap.packed_blocks import PackedBlocks
 from addon.corrmap.resident_blocks import ResidentBlocks
 from addon.corrmap.texel_codes import code_type, from_texel_codes, to_texel_codes
 from addon.corrmap.tile_layout import BLOCK, PageShape
+from addon.errors import InputError
 from addon.scene.geometry import SceneGeometry
 from addon.scene.view import View
 from tests import synthetic
@@ -251,6 +253,48 @@ def test_dropping_changes_nothing_that_is_seen(gpu_context: None) -> None:
         )
         for expected, found in zip(surfaces(every, view), surfaces(some, view), strict=True):
             assert np.array_equal(expected, found)
+
+
+def test_more_values_than_a_framebuffer_has_slots(gpu_context: None, room: Any) -> None:
+    from addon.glsl.shader import MAX_COLOR_SLOTS
+
+    geometry, framebuffers, plan = room
+    every = [c.name for c in channels_of(3) if c.components == 3 and c.name not in plan.stored]
+    more = [name for name in every if not CHANNEL_BY_NAME[name].is_direction][:10]
+    wide = [
+        replace(
+            framebuffer,
+            channels=framebuffer.channels
+            | {n: framebuffer.channels["diffuse_color"] / (k + 2) for k, n in enumerate(more)},
+        )
+        for framebuffer in framebuffers
+    ]
+    names = geometry.material_names
+
+    def values(channels: list[str]) -> dict[tuple[str, int], NDArray[np.float32]]:
+        stored = [c.name for c in channels_of(3) if c.name in {*plan.stored, *channels}]
+        sampler = open_sampler((geometry, wide, ChannelPlan(tuple(stored), {}, names, lobes=3)))
+        _, *textures = surfaces(sampler, views()[0])
+        pixels = np.concatenate(textures[: sampler.layout.texture_count], axis=-1)
+        return {place: pixels[..., i] for i, place in enumerate(sampler.layout.values)}
+
+    together = values(more)
+    assert len(together) > 4 * MAX_COLOR_SLOTS
+    for start in range(0, len(more), 3):
+        for place, expected in values(more[start : start + 3]).items():
+            assert expected.any()
+            assert np.array_equal(together[place], expected), place
+
+
+def test_more_values_than_the_gpu_can_draw_are_refused(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from addon.corrmap import tile_pages
+    from addon.corrmap.surface_layout import OTHER_TEXTURES
+
+    monkeypatch.setattr(tile_pages, "max_textures", lambda: OTHER_TEXTURES + 1)
+    with pytest.raises(InputError, match=r"have 6 values .* can draw 4 at once"):
+        open_sampler(room)
 
 
 def test_each_framebuffer_is_asked_for_alone(gpu_context: None, room: Any) -> None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ..errors import InputError
 from .channels import CHANNEL_BY_NAME, Channel, channels_of
 from .plan import Approximation, ChannelPlan, Values
 from .specialize_expression import Constant, Expression, is_constant
@@ -19,6 +20,9 @@ from .specialize_lobes import Lobes, expression_of, reads
 # own shading normal is one more expression.
 _Use = Expression | str | None
 _SHADING_NORMAL = "shading normal"
+
+# Of float32, in which shaders have them.
+_LARGEST = 3.4028234e38
 
 _ALWAYS_STORED = ("depth", "material_id", "normal", "ambient_occlusion")
 
@@ -37,9 +41,12 @@ def plan_channels(
         materials: their lobes.
         effects: of each, a sentence for everything that is approximated.
         has_ambient: whether ambient occlusion is wanted.
+
+    Raises:
+        InputError: a material has a constant that is not finite.
     """
     lobes = max([1, *(len(material.each) for material in materials)])
-    places = _Places(materials)
+    places = _Places(names, materials)
     for channel in channels_of(lobes):
         if channel.name != "ambient_occlusion" or has_ambient:
             places.add(channel)
@@ -62,7 +69,8 @@ def plan_channels(
 class _Places:
     """Where the channels live that were looked at so far; the fields are `ChannelPlan`'s."""
 
-    def __init__(self, materials: Sequence[Lobes]) -> None:
+    def __init__(self, names: Sequence[str], materials: Sequence[Lobes]) -> None:
+        self._names = names
         self._materials = materials
         self.stored: dict[str, list[_Use]] = {}
         self.constants: dict[str, Values] = {}
@@ -85,7 +93,15 @@ class _Places:
             if values is None:
                 self._add_varying(channel, uses)
             else:
+                self._check_finite(channel, values)
                 self._add_constant(channel, values)
+
+    def _check_finite(self, channel: Channel, values: Sequence[Values | None]) -> None:
+        for name, value in zip(self._names, values, strict=True):
+            if not all(abs(x) <= _LARGEST for x in value or ()):
+                raise InputError(
+                    f"material '{name}' gives a {channel.name} that is not finite; mend its nodes"
+                )
 
     def _add_constant(self, channel: Channel, values: Sequence[Values | None]) -> None:
         distinct = {value for value in values if value is not None}

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where the channels of materials live: what no shader could take is refused."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from addon.caching.material_plan import plan_channels
+from addon.caching.specialize_expression import Constant
+from addon.caching.specialize_lobes import Lobe, Lobes
+from addon.errors import InputError
+
+GREY = Constant((0.5, 0.5, 0.5))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e39])
+@pytest.mark.parametrize("alone", [True, False])
+def test_constants_that_are_not_finite_are_named(value: float, alone: bool) -> None:
+    fine = Lobes.of(Lobe(diffuse_color=GREY, diffuse_roughness=Constant((1.0,))))
+    broken = Lobes.of(Lobe(diffuse_color=GREY, diffuse_roughness=Constant((value,))))
+    names, materials = ["fine", "broken"], [fine, broken]
+    if alone:
+        names, materials = names[1:], materials[1:]
+    with pytest.raises(InputError, match="'broken' gives a diffuse_roughness that is not finite"):
+        plan_channels(names, materials, [()] * len(names), has_ambient=False)
+
+
+def test_the_largest_number_is_finite() -> None:
+    glowing = Lobes(emission=Constant((3.4e38, 0.0, 0.0)))
+    plan = plan_channels(["glowing"], [glowing], [()], has_ambient=False)
+    assert plan.constants["emission"] == (3.4e38, 0.0, 0.0)

@@ -73,10 +73,12 @@ def _show_default(
         missing = channels["depth"][..., 0] > 0.0
     else:
         missing = (channels["depth"][..., 0] > 0.0) & (channels["material_id"][..., 0] == 0.0)
+    if not missing.any():
+        return
     values: dict[str, Any] = {
         "material_id": 1.0 + plan.material_names.index(NO_MATERIAL),
     }
-    if "ambient_occlusion" in channels and missing.any():
+    if "ambient_occlusion" in channels:
         depth = channels["depth"][..., 0]
         share = occlusion.open_share(camera, missing, depth, normal[missing])
         values["ambient_occlusion"] = share[:, None]

@@ -98,6 +98,21 @@ def test_occlusion_beside_a_long_wall(tmp_path: Path, case: str) -> None:
     assert abs(error.mean()) < 0.006
 
 
+def test_a_camera_that_sees_nothing_without_a_material(tmp_path: Path) -> None:
+    """Another camera does; both planes lie in the open.
+
+    No texel's centre is on a plane's diagonal, where Cycles' rays hit the other triangle."""
+    scene = empty_scene()
+    scene.world = bpy.data.worlds.new("Sky")
+    add_plane(scene, "grey", (0.0, 0.0, 0.0), grey())
+    add_plane(scene, "bare", (20.0, 0.0, 0.0), None)
+    cameras = [camera_above((20.0 * i, 0.03, 0.0), 4.0, fov=0.2, number=i) for i in range(2)]
+    store, _ = bake(scene, cameras, tmp_path, preset="final")
+    for number in range(2):
+        occlusion = store.read_camera(number).channels["ambient_occlusion"]
+        assert np.all(occlusion == 1.0)
+
+
 def test_occlusion_by_leaves_with_holes(tmp_path: Path) -> None:
     """Under a wide screen that covers everything, the floor is open where the screen is."""
     scene = empty_scene()

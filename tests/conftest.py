@@ -4,10 +4,16 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
 import bpy  # noqa: F401  (the modules gpu and mathutils live in it)
 import pytest
+
+# Shells start what runs in the background with Ctrl+C switched off, and programs inherit that.
+# The tests of stopping are of what it does where it is on.
+if signal.getsignal(signal.SIGINT) == signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

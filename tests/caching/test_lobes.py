@@ -100,6 +100,16 @@ def test_a_base_without_a_layer_is_not_put_under_one(build: ExpressionBuilder) -
     assert [values(lobe.diffuse_color)[0] for lobe in result.each] == pytest.approx([0.4, 0.25])
 
 
+@pytest.mark.parametrize("glossy_first", [True, False])
+def test_gloss_beside_a_layer_keeps_the_layer(build: ExpressionBuilder, glossy_first: bool) -> None:
+    both = (glossy(0.1, 0.5), PRINCIPLED)
+    first, second = both if glossy_first else both[::-1]
+    (lobe,) = mix(build, first, second, number(0.5), Reports()).each
+    assert (lobe.layer_f0, lobe.layer_f90) == (number(0.04), ONE)
+    assert values(lobe.diffuse_color) == pytest.approx([0.4] * 3)
+    assert values(lobe.specular_f0) == pytest.approx([0.07] * 3)
+
+
 def test_depth_does_not_matter(build: ExpressionBuilder) -> None:
     """Sixteen leaves of two kinds, whose weights are 1/16 each."""
     reports = Reports()

@@ -136,9 +136,7 @@ def _bounds(report: dict[str, Any]) -> list[Bound]:
     baked = report["bake"]
     gpu = report["gpu"]["gpu_bytes"] if "gpu" in report else None
     everything = baked["texels"] * baked["bytes_per_texel"]["all_float32"]
-    bounds = size_bounds(
-        everything, baked["stored_bytes"], baked["raw_bytes"], gpu, report["preset"]
-    )
+    bounds = size_bounds(everything, baked["stored_bytes"], gpu, report["preset"])
     if "error" in report:
         worst = max(report["error"]["loss"].values())
         bounds.append(Bound("decibels lost to compression", worst, MOST_DB, at_least=False))

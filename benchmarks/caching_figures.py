@@ -118,11 +118,11 @@ class Bound:
         return {**vars(self), "kept": self.kept}
 
 
-def size_bounds(all_float32: int, disk: int, raw: int, gpu: int | None, preset: str) -> list[Bound]:
-    """What the sizes of a cache, in bytes, must keep to beside all channels in float32."""
+def size_bounds(all_float32: int, disk: int, gpu: int | None, preset: str) -> list[Bound]:
+    """What the sizes of a cache, in bytes, must keep to beside all channels in float32: where it
+    lies, on disk and on the GPU. What the files hold unpacked is nowhere, and has no bound."""
     bounds = [
-        Bound("times smaller on disk", all_float32 / max(disk, 1), LEAST_RATIO, at_least=True),
-        Bound("times smaller unpacked", all_float32 / max(raw, 1), LEAST_RATIO, at_least=True),
+        Bound("times smaller on disk", all_float32 / max(disk, 1), LEAST_RATIO, at_least=True)
     ]
     if gpu is not None:
         ratio = all_float32 / max(gpu, 1)

@@ -80,13 +80,10 @@ def test_bounds_are_kept_at_their_ends() -> None:
 
 
 def test_sizes_are_held_against_all_channels_in_float32() -> None:
-    bounds = size_bounds(1200, disk=100, raw=200, gpu=300, preset="draft")
-    assert [bound.value for bound in bounds] == [12.0, 6.0, 4.0]
+    bounds = size_bounds(1200, disk=100, gpu=300, preset="draft")
+    assert [bound.value for bound in bounds] == [12.0, 4.0]
     assert shortfalls(bounds) == ["times smaller on the GPU: 4, not at least 6"]
-    assert [b.name for b in size_bounds(1200, 1, 1, None, "balanced")] == [
-        "times smaller on disk",
-        "times smaller unpacked",
-    ]
+    assert [b.name for b in size_bounds(1200, 1, None, "balanced")] == ["times smaller on disk"]
 
 
 def test_a_balanced_cache_fits_a_gibibyte() -> None:
@@ -96,5 +93,5 @@ def test_a_balanced_cache_fits_a_gibibyte() -> None:
         ("balanced", most + 1, True),
         ("final", most + 1, False),
     ):
-        bounds = size_bounds(100 * most, 1, 1, gpu, preset)
+        bounds = size_bounds(100 * most, 1, gpu, preset)
         assert any("bytes on the GPU" in text for text in shortfalls(bounds)) is short

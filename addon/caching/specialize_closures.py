@@ -343,7 +343,8 @@ def _coated(inputs: _ClosureInputs, base: Lobes) -> Lobes:
         dielectric=weight,
         roughness=roughness,
         distribution=_distribution(Distribution.GGX),
-        normal=inputs.context.normal(socket) or inputs.normal,
+        # Where nothing is linked, the surface's own: a coat is smooth over a base with bumps.
+        normal=inputs.context.normal(socket),
     )
     return specialize_lobes.add(build, under, Lobes.of(coat), inputs.report)
 
@@ -367,10 +368,10 @@ def _under_sheen(inputs: _ClosureInputs, base: Lobes) -> Lobes:
     front = build.complement(build.multiply(most, albedo))
     under = specialize_lobes.seen_through(build, base, through, front, inputs.report)
     normal = inputs.normal
-    coat_normal = find_socket(inputs.node.inputs, "Coat Normal")
-    if inputs.used("Coat Weight") and inputs.context.is_linked(coat_normal):
-        own = specialize_lobes.unit_normal(build, normal)
-        normal = build.mix(own, inputs.context.value(coat_normal), inputs.unit("Coat Weight"))
+    coat_normal = inputs.context.normal(find_socket(inputs.node.inputs, "Coat Normal"))
+    if inputs.used("Coat Weight") and coat_normal != normal:
+        own, coat = (specialize_lobes.unit_normal(build, each) for each in (normal, coat_normal))
+        normal = build.mix(own, coat, inputs.unit("Coat Weight"))
     sheen = Lobe(sheen_color=color, sheen_roughness=roughness, normal=normal)
     return specialize_lobes.add(build, under, Lobes.of(sheen), inputs.report)
 

@@ -220,8 +220,14 @@ COATS = [
         [COATED_LOBES[0], COATED_LOBES[1] | {"normal": TILTED}],
     ),
     Tree(
-        "coat and base with a normal",
+        # The coat keeps the surface's own.
+        "base with a normal under a coat",
         turned(TILTED, "Normal", Coat_Weight=0.5),
+        [COATED_LOBES[0] | {"normal": TILTED}, COATED_LOBES[1]],
+    ),
+    Tree(
+        "coat and base with a normal",
+        turned(TILTED, "Normal", "Coat Normal", Coat_Weight=0.5),
         [lobe | {"normal": TILTED} for lobe in COATED_LOBES],
     ),
     Tree(

@@ -97,6 +97,20 @@ def _two_gloss(tree: Any) -> Any:
     return add.outputs[0]
 
 
+def _leaning(**inputs: Any) -> Callable[[Any], Any]:
+    """A Principled BSDF whose normal leans aside, as bumps have it; that of its coat does not."""
+
+    def make(tree: Any) -> Any:
+        lean = _node(tree, "ShaderNodeVectorMath")
+        tree.links.new(_node(tree, "ShaderNodeNewGeometry").outputs["Normal"], lean.inputs[0])
+        lean.inputs[1].default_value = (0.3, 0.0, 0.2)
+        node = _node(tree, "ShaderNodeBsdfPrincipled", Base_Color=WARM, **inputs)
+        tree.links.new(lean.outputs[0], node.inputs["Normal"])
+        return node.outputs[0]
+
+    return make
+
+
 METALLIC = "ShaderNodeBsdfMetallic"
 CASES: dict[str, Callable[[Any], Any]] = {
     "diffuse": _single("ShaderNodeBsdfDiffuse", Color=WARM),
@@ -125,6 +139,7 @@ CASES: dict[str, Callable[[Any], Any]] = {
         Metallic=1.0, Anisotropic=0.8, Anisotropic_Rotation=0.1, Roughness=0.4),
     "principled, GGX": _principled(Metallic=1.0, Roughness=0.8, set_distribution="GGX"),
     "coat": _principled(Coat_Weight=1.0, Coat_Roughness=0.2, Roughness=0.7),
+    "a coat on what leans": _leaning(Coat_Weight=1.0, Coat_Roughness=0.2, Roughness=0.7),
     "half a coat on metal": _principled(
         Coat_Weight=0.5, Coat_Roughness=0.3, Coat_IOR=1.8, Roughness=0.5, Metallic=1.0),
     "sheen": _single("ShaderNodeBsdfSheen", Color=WARM, Roughness=0.6),
@@ -226,8 +241,10 @@ MEAN = 0.005
 PSNR = 60.0
 
 # Of two weights by the view one is kept from the front, and reported. Where a metal and a
-# dielectric are one lobe, what bounces in each is told by its mean share in the reflectance.
+# dielectric are one lobe, what bounces in each is told by its mean share in the reflectance. What
+# a coat takes from the base is that of the base's normal, not of its own.
 APPROXIMATED = {
+    "a coat on what leans": 0.01,
     "principled, sheen on a coat": 0.03,
     "rough half metal": 0.01,
     "a share of a rough half metal": 0.01,

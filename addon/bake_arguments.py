@@ -8,7 +8,6 @@ import re
 from pathlib import Path
 
 from .argument_types import LAST_FRAME
-from .caching.presets import DEFAULT_PRESET
 from .place_arguments import add_shot
 from .preset_argument import add_preset
 
@@ -19,7 +18,7 @@ LAST_CAMERA = 99_999
 def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to, how fine, and which cameras."""
     add_cache(parser)
-    add_preset(parser, DEFAULT_PRESET)
+    add_preset(parser, None)
     cameras = parser.add_mutually_exclusive_group()
     cameras.add_argument(
         "--placement", type=Path, metavar="CAMERAS.json",

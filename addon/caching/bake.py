@@ -23,6 +23,7 @@ from .carry import Carrier, numbered_materials, same_layout
 from .fingerprint import read_state
 from .frames import FramesBake
 from .linked_surfaces import local_stand_ins
+from .plan_report import value_notes
 from .presets import PRESETS, Preset
 from .scene_state import SceneState
 from .specialize import specialized
@@ -89,7 +90,7 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         changed=carrier.changed,
         again=carrier.again,
         frames=told,
-        notes=(*carrier.notes, *frames.notes),
+        notes=(*carrier.notes, *frames.notes, *value_notes(store.plan)),
     )
 
 

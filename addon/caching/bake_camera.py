@@ -109,6 +109,6 @@ def _check_finite(
             number = int(np.nan_to_num(channels["material_id"][broken][0, 0]))
         material = materials[number - 1].name if 0 < number <= len(materials) else "(none)"
         raise InputError(
-            f"material '{material}' gives a {name} that is not finite (caching camera "
+            f"material '{material}' gives '{name}' that is not finite (caching camera "
             f"{camera.id}); mend its nodes"
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast
 
 from ..errors import InputError
 from .carry import Carrier, is_same_scene
@@ -32,6 +33,40 @@ class BakeSettings:
     resume: bool = False
     overwrite: bool = False
     frames: tuple[int, ...] = ()
+
+
+def cached_preset(cache: Path) -> Preset | None:
+    """The preset of an earlier bake into this folder; None without one.
+
+    Raises:
+        InputError: there is a cache, but a damaged one or of another version.
+    """
+    if not (cache / MANIFEST_NAME).exists():
+        return None
+    return cast("Preset", CacheStore.open(cache).manifest.settings.get("preset"))
+
+
+def preset_to_bake(cache: Path, asked: Preset | None, *, goes_on: bool, overwrite: bool) -> Preset:
+    """How fine a bake into this folder is: as asked, or as the cache was begun that it goes on
+    with, or as usual.
+
+    Args:
+        cache: the folder.
+        asked: None for no wish.
+        goes_on: whether an earlier bake is gone on with.
+        overwrite: whether one that cannot be read is replaced.
+
+    Raises:
+        InputError: as `cached_preset`, if that is not replaced.
+    """
+    if asked is not None or not goes_on:
+        return asked or DEFAULT_PRESET
+    try:
+        return cached_preset(cache) or DEFAULT_PRESET
+    except InputError:
+        if overwrite:
+            return DEFAULT_PRESET
+        raise
 
 
 def prepare_store(

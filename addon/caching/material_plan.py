@@ -100,7 +100,7 @@ class _Places:
         for name, value in zip(self._names, values, strict=True):
             if not all(abs(x) <= _LARGEST for x in value or ()):
                 raise InputError(
-                    f"material '{name}' gives a {channel.name} that is not finite; mend its nodes"
+                    f"material '{name}' gives '{channel.name}' that is not finite; mend its nodes"
                 )
 
     def _add_constant(self, channel: Channel, values: Sequence[Values | None]) -> None:

@@ -17,6 +17,9 @@ from .plan import ChannelPlan
 # How often each channel was stored in each precision: {"normal": {"half": 14}}.
 Precisions = Mapping[str, Mapping[str, int]]
 
+# With the 16 texture units that every GPU gives a shader, four values in each, half of them taken.
+SAFE_VALUES = 32
+
 # What reports call surfaces without a material.
 _NONE = "(none)"
 
@@ -29,6 +32,20 @@ def asked_channels(plan: ChannelPlan) -> tuple[Channel, ...]:
 def float32_bytes(plan: ChannelPlan) -> int:
     """Bytes of a texel if each of these channels were stored for it in float32."""
     return 4 * sum(channel.components for channel in asked_channels(plan))
+
+
+def value_notes(plan: ChannelPlan) -> tuple[str, ...]:
+    """A sentence if so much varies over the surfaces that not every GPU can draw it."""
+    values = sum(
+        plan.components(name) for name in plan.stored if name not in ("depth", "material_id")
+    )
+    if values <= SAFE_VALUES:
+        return ()
+    note = (
+        f"{values} values vary over the materials' surfaces, and some GPUs draw {SAFE_VALUES} at "
+        "once; if relighting refuses, make some of them constant over their material"
+    )
+    return (note,)
 
 
 def plan_report(plan: ChannelPlan, precisions: Precisions) -> dict[str, Any]:

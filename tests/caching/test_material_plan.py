@@ -23,7 +23,7 @@ def test_constants_that_are_not_finite_are_named(value: float, alone: bool) -> N
     names, materials = ["fine", "broken"], [fine, broken]
     if alone:
         names, materials = names[1:], materials[1:]
-    with pytest.raises(InputError, match="'broken' gives a diffuse_roughness that is not finite"):
+    with pytest.raises(InputError, match="'broken' gives 'diffuse_roughness' that is not finite"):
         plan_channels(names, materials, [()] * len(names), has_ambient=False)
 
 

@@ -6,9 +6,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from addon.caching.bake_report import BakeReport
-from addon.caching.channels import CHANNEL_BY_NAME
+from addon.caching.channels import CHANNEL_BY_NAME, channels_of
 from addon.caching.plan import Approximation, ChannelPlan
-from addon.caching.plan_report import float32_bytes, material_report, plan_report
+from addon.caching.plan_report import float32_bytes, material_report, plan_report, value_notes
 from tools.output import to_json
 
 PLAN = ChannelPlan(
@@ -119,3 +119,10 @@ def test_it_is_one_object_of_json() -> None:
     text = to_json(report().to_json())
     assert "material 'Glass': is shown as glossy" in text
     assert "not_computed" not in text
+
+
+def test_many_varying_values_are_told() -> None:
+    assert not value_notes(PLAN)
+    stored = tuple(channel.name for channel in channels_of(2))
+    (note,) = value_notes(ChannelPlan(stored, {}, ("a",), lobes=2))
+    assert "some GPUs draw 32" in note

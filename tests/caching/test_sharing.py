@@ -8,12 +8,13 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from addon.caching.bake_settings import BakeSettings, prepare_store
+from addon.caching.bake_settings import BakeSettings, prepare_store, preset_to_bake
 from addon.caching.carry import Carrier
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.plan import ChannelPlan
@@ -189,3 +190,17 @@ def test_the_world_is_checked_apart(begun: CacheStore) -> None:
         again.read_world("clouds")
     # Surfaces do not depend on it.
     again.check_fingerprint("scene")
+
+
+def test_what_goes_on_is_as_fine_as_it_was_begun(tmp_path: Path) -> None:
+    folder = tmp_path / "cache"
+    go_on = partial(preset_to_bake, folder, overwrite=False)
+    assert go_on(None, goes_on=True) == "balanced"
+    CacheStore.create(folder, replace(MANIFEST, settings={"preset": "final"}))
+    assert go_on(None, goes_on=True) == "final"
+    assert go_on(None, goes_on=False) == "balanced"
+    assert go_on("draft", goes_on=True) == "draft"
+    (folder / "manifest.json").write_text("{")
+    with pytest.raises(InputError, match="damaged"):
+        go_on(None, goes_on=True)
+    assert preset_to_bake(folder, None, goes_on=True, overwrite=True) == "balanced"

@@ -32,6 +32,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     load_blender()
     from addon.baking import Baking
     from addon.caching.bake import BakeSettings
+    from addon.caching.bake_settings import preset_to_bake
     from addon.camplace.cameras_file import read_cameras
 
     from ..relit import read_scene
@@ -41,7 +42,13 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     scene = open_scene(args.scene)
     progress(0.02, "reading the scene")
     arrays = read_scene(scene)
-    settings = BakeSettings(args.preset, args.cameras, args.resume, args.overwrite, args.frames)
+    preset = preset_to_bake(
+        args.cache,
+        args.preset,
+        goes_on=args.resume or args.cameras is not None,
+        overwrite=args.overwrite,
+    )
+    settings = BakeSettings(preset, args.cameras, args.resume, args.overwrite, args.frames)
     step = part_of(progress, 0.05, 1.0)
     said: list[str] = []
     baking = Baking(

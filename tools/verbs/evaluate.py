@@ -58,11 +58,11 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     load_blender()
     from addon.baking import Baking
     from addon.caching.bake import BakeSettings
+    from addon.caching.bake_settings import cached_preset
     from addon.caching.presets import DEFAULT_PRESET
     from addon.relight.edits import applied_edits, read_edits
 
     from .. import evaluation, reference
-    from ..cache_check import cached_preset
     from ..contact_sheet import write_sheet
     from ..relit import camera_names, open_session, read_scene, read_views, require_light
 

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
+import bpy
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -11,6 +14,7 @@ from addon.caching.occlusion_filter import smooth_occlusion
 from addon.camplace.camera import CachingCamera
 
 from ..synthetic import Tracer, box, geometry_of, looking_at, trace_framebuffer
+from .material_grid import add_plane, bake, camera_above, empty_scene
 
 SIZE = 128
 
@@ -86,3 +90,34 @@ def test_where_nothing_is_hit_nothing_is_taken() -> None:
         empty[: SIZE // 2] = 0.0
     smooth = smooth_occlusion(view, value, depth, normal)
     assert np.allclose(smooth, value, rtol=1e-6, atol=0.0)
+
+
+def test_rays_that_began_on_an_edge_leave_no_line(
+    corner: tuple[CachingCamera, dict[str, NDArray[np.float32]]],
+) -> None:
+    """Zeros along a diagonal go; zeros in the dark, and where half is open, stay."""
+    view, channels = corner
+    depth, normal = channels["depth"], channels["normal"]
+    value = np.full((SIZE, SIZE, 1), 0.9, dtype=np.float32)
+    edge = value.copy()
+    edge[np.arange(SIZE), np.arange(SIZE)] = 0.0
+    smooth = [smooth_occlusion(view, v, depth, normal) for v in (value, edge)]
+    # A rounding of the mean of six equal numbers.
+    assert np.abs(smooth[0] - smooth[1]).max() < 1e-6
+    half = np.where(np.random.default_rng(1).random(value.shape) < 0.5, 0.0, 0.7)
+    half = half.astype(np.float32)
+    assert smooth_occlusion(view, half, depth, normal).mean() == pytest.approx(
+        half.mean(), abs=0.01
+    )
+
+
+def test_cycles_leaves_no_line_on_the_diagonal_of_a_plane(tmp_path: Path) -> None:
+    """Texels' centres lie on the edge between the plane's two triangles."""
+    scene = empty_scene()
+    scene.world = bpy.data.worlds.new("grey")
+    add_plane(scene, "plane", (0.0, 0.0, 0.0), bpy.data.materials.new("plain"))
+    store, _ = bake(scene, [camera_above((0, 0, 0), 4.0, fov=0.2)], tmp_path)
+    framebuffer = store.read_camera(0)
+    seen = framebuffer.channels["depth"] > 0.0
+    assert "ambient_occlusion" in framebuffer.channels
+    assert framebuffer.channels["ambient_occlusion"][seen].min() > 0.999

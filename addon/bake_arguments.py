@@ -6,10 +6,14 @@ from __future__ import annotations
 import argparse
 import re
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from .argument_types import LAST_FRAME
 from .place_arguments import add_shot
 from .preset_argument import add_preset
+
+if TYPE_CHECKING:
+    from .caching.bake_settings import BakeSettings
 
 # Far more caching cameras than a cache can have.
 LAST_CAMERA = 99_999
@@ -47,6 +51,20 @@ def add_bake_arguments(parser: argparse.ArgumentParser) -> None:
         help="replace another scene's cache in the folder; with --resume, also one of other "
         "cameras, of which those that are the same are kept",
     )  # fmt: skip
+
+
+def bake_settings(args: argparse.Namespace) -> BakeSettings:
+    """What those arguments choose.
+
+    Raises:
+        InputError: an earlier bake is to be gone on with, and is damaged.
+    """
+    # Arguments are read before anything that takes its time to load.
+    from .caching.bake_settings import BakeSettings, preset_to_bake
+
+    goes_on = args.resume or args.cameras is not None
+    preset = preset_to_bake(args.cache, args.preset, goes_on=goes_on, overwrite=args.overwrite)
+    return BakeSettings(preset, args.cameras, args.resume, args.overwrite, args.frames)
 
 
 def add_cache(parser: argparse.ArgumentParser) -> None:

@@ -12,10 +12,9 @@ from collections.abc import Sequence
 
 import bpy
 
-from .bake_arguments import add_bake_arguments
+from .bake_arguments import add_bake_arguments, bake_settings
 from .baking import Baking
-from .caching.bake import BakeReport, BakeSettings
-from .caching.bake_settings import preset_to_bake
+from .caching.bake import BakeReport
 from .camplace.cameras_file import read_cameras
 from .json_lines import run_told
 from .place_arguments import shot_choice
@@ -41,13 +40,7 @@ def _bake(args: argparse.Namespace, progress: Progress) -> BakeReport:
     geometry = with_render_depsgraph(scene, read_geometry)
     for warning in geometry.warnings:
         sys.stderr.write(f"relume: {warning}\n")
-    preset = preset_to_bake(
-        args.cache,
-        args.preset,
-        goes_on=args.resume or args.cameras is not None,
-        overwrite=args.overwrite,
-    )
-    settings = BakeSettings(preset, args.cameras, args.resume, args.overwrite, args.frames)
+    settings = bake_settings(args)
     baking = Baking(
         scene,
         geometry,

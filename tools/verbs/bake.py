@@ -6,7 +6,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from addon.bake_arguments import add_bake_arguments
+from addon.bake_arguments import add_bake_arguments, bake_settings
 from addon.place_arguments import shot_choice
 from addon.progress import Progress, part_of
 from addon.writable import require_folder
@@ -31,8 +31,6 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 
     load_blender()
     from addon.baking import Baking
-    from addon.caching.bake import BakeSettings
-    from addon.caching.bake_settings import preset_to_bake
     from addon.camplace.cameras_file import read_cameras
 
     from ..relit import read_scene
@@ -42,13 +40,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     scene = open_scene(args.scene)
     progress(0.02, "reading the scene")
     arrays = read_scene(scene)
-    preset = preset_to_bake(
-        args.cache,
-        args.preset,
-        goes_on=args.resume or args.cameras is not None,
-        overwrite=args.overwrite,
-    )
-    settings = BakeSettings(preset, args.cameras, args.resume, args.overwrite, args.frames)
+    settings = bake_settings(args)
     step = part_of(progress, 0.05, 1.0)
     said: list[str] = []
     baking = Baking(

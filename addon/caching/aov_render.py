@@ -79,6 +79,11 @@ class Stage:
         if has_normal:
             self._passes[PASS_NORMAL] = ("Normal", "XYZ")
 
+    @property
+    def measures_sky(self) -> bool:
+        """Whether ambient occlusion is the light of a white sky, and not an AOV."""
+        return self._sky_rays > 0
+
     def render(self, camera: CachingCamera) -> dict[str, NDArray[np.float32]]:
         """Depth, the AOVs, and the shading normal as Cycles' own pass has it.
 

@@ -15,7 +15,7 @@ from ..scene.geometry_reader import NO_MATERIAL
 from .aov_render import PASS_NORMAL, Stage, far_is_nothing
 from .channels import CHANNEL_BY_NAME
 from .framebuffer import DeepFramebuffer
-from .occlusion_filter import smooth_occlusion
+from .occlusion_filter import smooth_occlusion, without_edge_hits
 from .plan import ChannelPlan
 from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, channel_expression
@@ -55,6 +55,10 @@ def bake_camera(
         np.copyto(values, np.float32(0.0), where=nothing)
     _check_finite(channels, materials, camera)
     if "ambient_occlusion" in channels:
+        if not stage.measures_sky:
+            channels["ambient_occlusion"] = without_edge_hits(
+                channels["ambient_occlusion"], channels["depth"]
+            )
         channels["ambient_occlusion"] = smooth_occlusion(
             camera, channels["ambient_occlusion"], channels["depth"], channels["normal"]
         )

@@ -54,26 +54,36 @@ def smooth_occlusion(
     rotation = camera.world_from_camera[:3, :3].astype(np.float32)
     facing = np.ascontiguousarray(np.moveaxis(normal @ rotation, -1, 0))
     hit = depth[..., 0] > 0.0
-    values = _without_edge_hits(np.ascontiguousarray(occlusion[..., 0]), hit)
+    values = np.ascontiguousarray(occlusion[..., 0])
     for step in _STEPS:
         for axis in (0, 1):
             values = _blur(values, place, facing, hit, step, axis)
     return values[..., None]
 
 
-def _without_edge_hits(values: NDArray[np.float32], hit: NDArray[np.bool_]) -> NDArray[np.float32]:
-    """What rays measured that began right on the edge between two triangles, put right.
+def without_edge_hits(
+    occlusion: NDArray[np.float32], depth: NDArray[np.float32]
+) -> NDArray[np.float32]:
+    """What Cycles' Ambient Occlusion node gives on the edge between two triangles, put right.
 
-    Cycles keeps a ray from the triangle that it starts on, but not from that one's neighbour: all
-    of its rays count as blocked, and the texels along an edge would be a dark line. They are told
-    by an open share of exactly 0 among texels that are nearly open, and get their mean.
+    It keeps a ray from the triangle that it starts on, but not from that one's neighbour: all of
+    its rays count as blocked, and the texels along an edge would be a dark line. They are told by
+    an open share of exactly 0 among texels that are nearly open, and get their mean.
+
+    Args:
+        occlusion: (R, R, 1) of the node, each texel the mean of four rays or more.
+        depth: (R, R, 1) metres, 0 where nothing is hit.
+
+    Returns:
+        (R, R, 1) float32.
     """
+    values, hit = occlusion[..., 0], depth[..., 0] > 0.0
     is_open = (hit & (values > 0.0)).astype(np.float32)
     count = uniform_filter(is_open, 3, mode="constant")
     total = uniform_filter(values * is_open, 3, mode="constant")
     mean = total / np.maximum(count, np.float32(1.0 / 9.0))
     wrong = hit & (values == 0.0) & (mean >= _NEARLY_OPEN) & (count > 1.5 / 9.0)
-    return np.where(wrong, mean, values)
+    return np.where(wrong, mean, values)[..., None]
 
 
 def _places(camera: CachingCamera, depth: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -300,7 +300,7 @@ def test_after_a_failed_bake(scene: Any, tmp_path: Path) -> None:
     add_plane(scene, "broken", (-1.0, 3.0, 0.0), material)
     geometry = geometry_of_scene(scene)
     before = dump()
-    with pytest.raises(InputError, match=r"material .broken. gives an? emission"):
+    with pytest.raises(InputError, match=r"material .broken. gives .emission"):
         bake_scene(scene, geometry, [camera_above((0, 0, 0), 5.0)], tmp_path)
     assert differences(before, dump()) == []
 

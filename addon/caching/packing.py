@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,10 +142,12 @@ class Packing:
             scale: for each name in `scaled`, (H, W): the largest value that the texel's
                 material has anywhere.
         """
-        first = channels[texture.components[0][0]]
-        pixels = np.zeros((*first.shape[:2], texture.width), dtype=np.float32)
+        names = dict.fromkeys(name for name, _ in texture.components)
+        coded = {name: self._coded(name, channels[name], scale) for name in names}
+        side = next(iter(coded.values())).shape[:2]
+        pixels = np.zeros((*side, texture.width), dtype=np.float32)
         for slot, (name, component) in enumerate(texture.components):
-            pixels[..., slot] = self._coded(name, channels[name], scale)[..., component]
+            pixels[..., slot] = coded[name][..., component]
         return pixels
 
     def _coded(
@@ -159,7 +161,7 @@ class Packing:
             return to_codes(values).astype(np.float32) / np.float32(_LARGEST_CODE["16"])
         if name == "material_id":
             return values / np.float32(_LARGEST_CODE[self._kind(name)])
-        if name in self.scaled:
+        if self._is_share(name):
             largest = scale[name][..., None]
             share = values / np.where(largest > 0.0, largest, np.float32(1.0))
             return np.sqrt(np.maximum(share, 0.0))
@@ -223,7 +225,7 @@ class Packing:
         together = f"vec{len(parts)}({', '.join(parts)})" if len(parts) > 1 else parts[0]
         if channel.is_direction:
             return f"octahedral_normal({together})"
-        if channel.name in self.scaled:
+        if self._is_share(channel.name):
             row, component = scale_row[channel.name]
             scale = f"material_value(int(s.material_id), {row}).{'xyzw'[component]}"
             return f"{together} * {together} * {scale}"
@@ -236,12 +238,7 @@ class Packing:
 
 
 def _format(components: int, kind: Kind) -> TexelFormat:
-    formats: dict[str, TexelFormat] = {
-        "R8": "R8", "RG8": "RG8", "RGBA8": "RGBA8", "R16": "R16", "RG16": "RG16",
-        "RGBA16": "RGBA16", "R16F": "R16F", "RG16F": "RG16F",
-        "RGBA16F": "RGBA16F", "R32F": "R32F", "RG32F": "RG32F", "RGBA32F": "RGBA32F",
-    }  # fmt: skip
-    return formats[_LETTERS[components] + kind]
+    return cast("TexelFormat", _LETTERS[components] + kind)
 
 
 def make_packing(plan: ChannelPlan, wide: Iterable[frozenset[str]] = ()) -> Packing:

@@ -278,10 +278,20 @@ def edge_dip(build: ExpressionBuilder, f0: Expression, tint: Expression) -> Expr
     times itself (Kutz, Hasan and Edmondson, Novel aspects of the Adobe Standard Material, 2021)."""
     if is_constant(tint, 1.0):
         return BLACK
-    weight = (6.0 / 7.0) ** 5
-    schlick = build.mix(f0, ONE, Constant((weight,)))
-    lost = build.multiply(schlick, build.complement(tint))
-    return build.multiply(lost, Constant((7.0 / (weight * 6.0 / 7.0),)))
+    return _dip(build, build.multiply(_schlick_at_82(build, f0), build.complement(tint)))
+
+
+# cos(82 degrees) is about 1/7, where Schlick's weight is (6/7)^5.
+_WEIGHT_AT_82 = (6.0 / 7.0) ** 5
+
+
+def _schlick_at_82(build: ExpressionBuilder, f0: Expression) -> Expression:
+    return build.mix(f0, ONE, Constant((_WEIGHT_AT_82,)))
+
+
+def _dip(build: ExpressionBuilder, lost: Expression) -> Expression:
+    """The factor of LoH (1 - LoH)^6 that takes so much from the reflectance at LoH = 1/7."""
+    return build.multiply(lost, Constant((7.0 / (_WEIGHT_AT_82 * 6.0 / 7.0),)))
 
 
 def _distribution(model: Distribution) -> Constant:
@@ -406,30 +416,27 @@ def _diffuse(inputs: _ClosureInputs) -> Lobes:
 
 
 def _reflecting(
-    inputs: _ClosureInputs,
-    f0: Expression,
-    f90: Expression,
-    roughness: Expression,
-    distribution: Expression,
-) -> Lobes:
-    return Lobes.of(
-        Lobe(
-            specular_f0=f0,
-            specular_f90=f90,
-            roughness=roughness,
-            distribution=distribution,
-            normal=inputs.normal,
-        )
+    inputs: _ClosureInputs, f0: Expression, f90: Expression, roughness: str = "Roughness"
+) -> Lobe:
+    """A microfacet lobe; `roughness` is the input that has it."""
+    node = inputs.node
+    return Lobe(
+        specular_f0=f0,
+        specular_f90=f90,
+        roughness=inputs.unit(roughness),
+        distribution=(
+            _GLOSSY_DISTRIBUTIONS[node.distribution] if hasattr(node, "distribution") else ZERO
+        ),
+        normal=inputs.normal,
     )
 
 
 def _glossy(inputs: _ClosureInputs) -> Lobes:
     build = inputs.build
     colour = inputs.positive("Color")
-    distribution = _GLOSSY_DISTRIBUTIONS[inputs.node.distribution]
-    lobes = _reflecting(inputs, colour, colour, inputs.unit("Roughness"), distribution)
+    lobe = _reflecting(inputs, colour, colour)
     if is_zero(inputs.value("Anisotropy")):
-        return lobes
+        return Lobes.of(lobe)
     # Alpha is divided by 1 + a along the tangent where a < 0, else multiplied with 1 - a.
     anisotropy = build.minimum(inputs.value("Anisotropy"), Constant((0.99,)))
     anisotropy = build.maximum(anisotropy, Constant((-0.99,)))
@@ -437,7 +444,7 @@ def _glossy(inputs: _ClosureInputs) -> Lobes:
     above = build.divide(ONE, build.complement(build.maximum(anisotropy, ZERO)))
     aspect = build.multiply(below, above)
     tangent = inputs.tangent("Rotation")
-    return Lobes.of(replace(lobes.each[0], aspect=aspect, tangent=tangent))
+    return Lobes.of(replace(lobe, aspect=aspect, tangent=tangent))
 
 
 def _metallic(inputs: _ClosureInputs) -> Lobes:
@@ -450,14 +457,7 @@ def _metallic(inputs: _ClosureInputs) -> Lobes:
     else:
         n, k = inputs.positive("IOR"), inputs.positive("Extinction")
         f0, dip = conductor(build, n, k)
-    lobes = _reflecting(
-        inputs,
-        f0,
-        ONE,
-        inputs.unit("Roughness"),
-        _GLOSSY_DISTRIBUTIONS[inputs.node.distribution],
-    )
-    lobe = replace(lobes.each[0], specular_dip=dip)
+    lobe = replace(_reflecting(inputs, f0, ONE), specular_dip=dip)
     if inputs.used("Anisotropy"):
         aspect = _metal_aspect(build, inputs.unit("Anisotropy"))
         lobe = replace(lobe, aspect=aspect, tangent=inputs.tangent("Rotation"))
@@ -494,10 +494,7 @@ def conductor(
         _length_square(build, build.add(p, u), build.add(q, v)),
     )
     at_82 = build.multiply(build.add(parallel, across), Constant((0.5,)))
-    weight = (6.0 / 7.0) ** 5
-    schlick = build.mix(f0, ONE, Constant((weight,)))
-    dip = build.multiply(build.subtract(schlick, at_82), Constant((7.0 / (weight * 6.0 / 7.0),)))
-    return f0, dip
+    return f0, _dip(build, build.subtract(_schlick_at_82(build, f0), at_82))
 
 
 def _length_square(build: ExpressionBuilder, a: Expression, b: Expression) -> Expression:
@@ -521,8 +518,7 @@ def _glass(inputs: _ClosureInputs) -> Lobes:
     ior = build.maximum(inputs.value("IOR"), Constant((1e-5,)))
     colour = inputs.positive("Color")
     f0 = build.multiply(colour, f0_from_ior(build, ior))
-    distribution = _GLOSSY_DISTRIBUTIONS[inputs.node.distribution]
-    return _reflecting(inputs, f0, colour, inputs.unit("Roughness"), distribution)
+    return Lobes.of(_reflecting(inputs, f0, colour))
 
 
 def _refraction(inputs: _ClosureInputs) -> Lobes:
@@ -557,7 +553,7 @@ def _toon(inputs: _ClosureInputs) -> Lobes:
         return _as_diffuse("toon shading")(inputs)
     inputs.approximate("toon shading is shown as a GGX reflection of its size")
     colour = inputs.positive("Color")
-    return _reflecting(inputs, colour, colour, inputs.unit("Size"), ZERO)
+    return Lobes.of(_reflecting(inputs, colour, colour, "Size"))
 
 
 def _black(inputs: _ClosureInputs) -> Lobes:

@@ -213,21 +213,15 @@ def mix_by_view(  # noqa: PLR0917 - two materials, one curve
     """
     falling = replace(curve, base=ONE, slope=Constant((-1.0,)))
     rising = replace(curve, base=ZERO, slope=ONE)
-    away = _seen_by(build, a, falling, build.complement(front), report)
-    toward = _seen_by(build, b, rising, front, report)
+    away = seen_through(build, a, falling, build.complement(front), report)
+    toward = seen_through(build, b, rising, front, report)
     return add(build, away, toward, report)
 
 
 def seen_through(
-    build: ExpressionBuilder, lobes: Lobes, weight: ViewWeight, front: Expression, report: Reporter
-) -> Lobes:
-    """Lobes with a weight by the view; `front` is that weight's value looked at straight on."""
-    return _seen_by(build, lobes, weight, front, report)
-
-
-def _seen_by(
     build: ExpressionBuilder, lobes: Lobes, view: ViewWeight, front: Expression, report: Reporter
 ) -> Lobes:
+    """Lobes with a weight by the view; `front` is that weight's value looked at straight on."""
     each = []
     frozen = not (is_zero(lobes.emission) and is_zero(lobes.transparency))
     for lobe in lobes.each:

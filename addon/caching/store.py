@@ -256,10 +256,13 @@ class CacheStore:
     def check_fingerprint(self, fingerprint: str) -> None:
         """Raises InputError when the cache belongs to another or a changed scene."""
         if self.manifest.fingerprint != fingerprint:
-            raise InputError(
-                f"{self.folder} is the cache of another scene, or of this one before its objects "
-                "or materials changed; bake it again or choose another folder"
-            )
+            raise self._stale()
+
+    def _stale(self) -> InputError:
+        return InputError(
+            f"{self.folder} is the cache of another scene, or of this one before its objects or "
+            "materials changed; bake it again or choose another folder"
+        )
 
     def showing(self, fingerprint: str, frame: int) -> CacheStore:
         """The cache as it is at the frame at which the scene is: for reading only.
@@ -281,8 +284,7 @@ class CacheStore:
                 f"{self.folder} does not hold frame {frame}, in which other objects or materials "
                 f"are seen; it holds the frames {baked}; bake it with --resume --frames {frame}"
             )
-        self.check_fingerprint(fingerprint)
-        return self
+        raise self._stale()
 
     def matching(self, fingerprint: str, frame: int) -> CacheStore | None:
         """As `showing`, but None where that raises."""

@@ -25,6 +25,7 @@ def table_library(layout: SurfaceLayout, ambient: bool = False) -> tuple[str, ..
     """The files under addon/glsl/lib/ that read them, and shade with them."""
     names = {name for name, _ in table_samplers(layout, ambient)}
     return (
+        *(("bilinear",) if names else ()),
         *(("albedo_table", "bsdf") if "microfacet_table" in names else ()),
         *(("sheen",) if "sheen_table" in names else ()),
         *(("view_weight",) if "microfacet_table" in names else ()),

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The tables of addon/relight/directional_albedo.py. Nodes lie on 0 and 1 of every axis. Read
- * with texelFetch and mixed here, so that every driver mixes in full precision. */
+ * The tables of addon/relight/directional_albedo.py. Nodes lie on 0 and 1 of every axis. */
 
 /* (E, B, unused, E_avg): albedo of the white microfacet lobe, its Schlick-weighted part, and
  * the mean of E over the hemisphere. E - B is the split sum's factor of f0. */
@@ -10,13 +9,7 @@ vec4 microfacet_albedo(float mu, float roughness)
   vec2 at = clamp(vec2(mu, roughness), vec2(0.0), vec2(1.0)) * vec2(size - ivec2(1));
   ivec2 low = min(ivec2(at), size - ivec2(2));
   vec2 t = at - vec2(low);
-  vec4 bottom = mix(texelFetch(microfacet_table, low, 0),
-                    texelFetch(microfacet_table, low + ivec2(1, 0), 0),
-                    t.x);
-  vec4 top = mix(texelFetch(microfacet_table, low + ivec2(0, 1), 0),
-                 texelFetch(microfacet_table, low + ivec2(1, 1), 0),
-                 t.x);
-  return mix(bottom, top, t.y);
+  return MIXED_NODES(microfacet_table, low, t);
 }
 
 float dielectric_slice(float mu, float roughness, int slice, int nodes)
@@ -25,13 +18,7 @@ float dielectric_slice(float mu, float roughness, int slice, int nodes)
   ivec2 low = min(ivec2(at), ivec2(nodes - 2));
   vec2 t = at - vec2(low);
   ivec2 base = low + ivec2(0, slice * nodes);
-  float bottom = mix(texelFetch(dielectric_table, base, 0).r,
-                     texelFetch(dielectric_table, base + ivec2(1, 0), 0).r,
-                     t.x);
-  float top = mix(texelFetch(dielectric_table, base + ivec2(0, 1), 0).r,
-                  texelFetch(dielectric_table, base + ivec2(1, 1), 0).r,
-                  t.x);
-  return mix(bottom, top, t.y);
+  return MIXED_NODES(dielectric_table, base, t).r;
 }
 
 /* The same as B for the Fresnel curve of a dielectric with this reflectance at normal incidence,

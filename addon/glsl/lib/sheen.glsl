@@ -10,13 +10,7 @@ vec3 sheen_shape(float mu, float roughness)
   vec2 at = clamp(vec2(mu, max(roughness, 1e-3)), vec2(0.0), vec2(1.0)) * vec2(size - ivec2(1));
   ivec2 low = min(ivec2(at), size - ivec2(2));
   vec2 t = at - vec2(low);
-  vec3 bottom = mix(texelFetch(sheen_table, low, 0).rgb,
-                    texelFetch(sheen_table, low + ivec2(1, 0), 0).rgb,
-                    t.x);
-  vec3 top = mix(texelFetch(sheen_table, low + ivec2(0, 1), 0).rgb,
-                 texelFetch(sheen_table, low + ivec2(1, 1), 0).rgb,
-                 t.x);
-  vec3 shape = mix(bottom, top, t.y);
+  vec3 shape = MIXED_NODES(sheen_table, low, t).rgb;
   /* Cycles leaves it out below. */
   return shape.x < 1e-5 || abs(shape.y) < 1e-5 ? vec3(0.0, 1.0, 0.0) : shape;
 }

@@ -30,6 +30,19 @@ struct Lobe {
   float view_roughness;
 };
 
+/* A lobe that a material does not have: it sends no light anywhere. */
+bool is_black(Lobe lobe)
+{
+  vec3 brightest = max(max(lobe.diffuse_color, lobe.f90), lobe.f0);
+#ifdef HAS_TRANSLUCENT
+  brightest = max(brightest, lobe.translucent_color);
+#endif
+#ifdef HAS_SHEEN
+  brightest = max(brightest, lobe.sheen_color);
+#endif
+  return max(max(brightest.x, brightest.y), brightest.z) <= 0.0;
+}
+
 struct Surface {
   vec3 position; /* local, metres */
   vec3 Ng;       /* unit geometric normal, facing the viewer */

@@ -73,6 +73,9 @@ void main()
   vec3 sum = vec3(0.0);
   for (int i = 0; i < SURFACE_LOBES; i++) {
     Lobe lobe = s.lobes[i];
+    if (is_black(lobe)) {
+      continue;
+    }
     vec3 N = specular_normal(lobe.N, s.Ng, s.V);
     float mu = max(dot(N, s.V), 0.0);
     vec4 albedo = microfacet_albedo(mu, lobe.roughness);

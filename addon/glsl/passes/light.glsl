@@ -21,18 +21,6 @@ vec3 reflected(Lobe lobe, Surface s, Incidence lit)
 #endif
 }
 
-bool is_black(Lobe lobe)
-{
-  vec3 brightest = max(max(lobe.diffuse_color, lobe.f90), lobe.f0);
-#ifdef HAS_TRANSLUCENT
-  brightest = max(brightest, lobe.translucent_color);
-#endif
-#ifdef HAS_SHEEN
-  brightest = max(brightest, lobe.sheen_color);
-#endif
-  return max(max(brightest.x, brightest.y), brightest.z) <= 0.0;
-}
-
 void main()
 {
   radiance = vec4(0.0);

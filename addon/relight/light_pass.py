@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,8 @@ from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .albedo_pass import AlbedoTextures, table_library, table_samplers
 from .blend_pass import add_fullscreen
+from .light_filter import FilterKinds, filter_block, filter_glsl, filter_uniforms, kinds
+from .light_filters import LightFilters
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
 from .shadow_pass import SHADOW_BLOCK, SHADOW_SAMPLER, ShadowMap
@@ -42,9 +45,15 @@ LIGHT_BLOCK = UniformBlock(
 
 _TYPE_CODE = {"POINT": 0, "SPOT": 1, "SUN": 2, "AREA": 3}
 
-# Light type, whether its spread is narrowed, whether it is shadowed: only what is needed is
-# compiled.
-_Variant = tuple[str, bool, bool]
+
+@dataclass(frozen=True)
+class _Variant:
+    """What of a light the shader depends on: only what is needed is compiled."""
+
+    light_type: str
+    has_spread: bool
+    shadowed: bool
+    filters: FilterKinds
 
 
 class LightPass:
@@ -58,6 +67,7 @@ class LightPass:
     def __init__(self, tables: AlbedoTextures, layout: SurfaceLayout) -> None:
         self._tables = tables
         self._layout = layout
+        self._filters = LightFilters()
         self._programs: dict[_Variant, ShaderProgram] = {}
 
     def draw(
@@ -83,30 +93,39 @@ class LightPass:
         """
         if not light.is_lit:
             return
-        program = self._program(light, shadow is not None)
+        filters = self._filters.of(light)
+        program = self._program(light, shadow is not None, kinds(filters))
         textures = surface.textures() | self._tables.textures(self._layout)
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface),
             "light": light_uniforms(light, sample, surface.origin, weight),
         }
+        if filters:
+            for each in filters:
+                textures.update(each.textures)
+            uniforms["filters"] = filter_uniforms(light, filters, surface.origin)
         if shadow is not None:
             textures["shadow_map"] = shadow.distance
             uniforms["shadow"] = shadow.uniforms(surface.origin)
         add_fullscreen(program, target, textures, uniforms)
 
-    def _program(self, light: Light, shadowed: bool) -> ShaderProgram:
+    def _program(self, light: Light, shadowed: bool, filters: FilterKinds) -> ShaderProgram:
         has_spread = light.type == "AREA" and light.spread < np.pi
-        variant = (light.type, has_spread, shadowed)
+        variant = _Variant(light.type, has_spread, shadowed, filters)
         if variant not in self._programs:
             self._programs[variant] = _describe(variant, self._layout).build()
         return self._programs[variant]
 
 
 def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
-    light_type, has_spread, shadowed = variant
-    flags = {"HAS_SPREAD": has_spread, "HAS_SHADOW": shadowed}
+    shadowed, filters = variant.shadowed, variant.filters
+    flags = {
+        "HAS_SPREAD": variant.has_spread,
+        "HAS_SHADOW": shadowed,
+        "HAS_FILTERS": bool(filters),
+    }
     return PassShader(
-        name=f"light_{light_type.lower()}",
+        name=f"light_{variant.light_type.lower()}",
         fragment="light",
         library=(
             *SURFACE_LIBRARY,
@@ -114,17 +133,24 @@ def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
             *table_library(layout),
             "light",
             *(("shadow",) if shadowed else ()),
+            *(f"{name}_filter" for name, _, _ in filters),
         ),
-        generated=layout.read_glsl(),
-        blocks=(VIEW_BLOCK, LIGHT_BLOCK, *((SHADOW_BLOCK,) if shadowed else ())),
+        generated=layout.read_glsl() + (filter_glsl(filters) if filters else ""),
+        blocks=(
+            VIEW_BLOCK,
+            LIGHT_BLOCK,
+            *((filter_block(filters),) if filters else ()),
+            *((SHADOW_BLOCK,) if shadowed else ()),
+        ),
         samplers=(
             *layout.samplers,
             *table_samplers(layout),
+            *(sampler for _, _, samplers in filters for sampler in samplers),
             *((SHADOW_SAMPLER,) if shadowed else ()),
         ),
         outputs=(("VEC4", "radiance"),),
         defines=(
-            ("LIGHT_TYPE", str(_TYPE_CODE[light_type])),
+            ("LIGHT_TYPE", str(_TYPE_CODE[variant.light_type])),
             *layout.defines,
             *((name, "1") for name, on in flags.items() if on),
         ),

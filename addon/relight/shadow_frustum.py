@@ -145,7 +145,7 @@ def shadow_frustum(
     """
     if light.type == "SUN":
         return _parallel(sample.position, caster_bounds, receivers, settings.resolution)
-    basis = _basis(light)
+    basis = light.axes
     half_extent, faces, resolution = 1.0, _cube(basis), settings.cube_resolution
     cone = _cone(light) if light.type == "SPOT" else 2.0 * np.pi
     touching = sample.on_disk is not None
@@ -247,17 +247,6 @@ def _corners(bounds: NDArray[np.float64]) -> NDArray[np.float64]:
     """(2, 3) box to its (8, 3) corners."""
     x, y, z = np.meshgrid(*bounds.T, indexing="ij")
     return np.stack([x.ravel(), y.ravel(), z.ravel()], axis=1)
-
-
-def _basis(light: Light) -> NDArray[np.float64]:
-    """(3, 3) rows right, up, back: the light's axes made orthonormal and right-handed."""
-    back = -light.direction
-    up = light.world_from_light[:3, 1]
-    right = np.cross(up, back)
-    if np.linalg.norm(right) <= np.finfo(np.float64).eps * np.linalg.norm(up):
-        return np.stack([*frame_across(back), back])
-    right = right / np.linalg.norm(right)
-    return np.stack([right, np.cross(back, right), back])
 
 
 def _cube(basis: NDArray[np.float64]) -> NDArray[np.float64]:

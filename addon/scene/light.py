@@ -14,6 +14,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .frame_across import frame_across
+from .light_controls import NEUTRAL, LightControls
+
 # Beyond this full angle receivers see a disk across the axis at less than half its width.
 WIDEST_FLAT_SPOT = float(np.radians(120.0))
 
@@ -51,6 +54,7 @@ class Light:
         diffuse_factor, specular_factor: share that reaches each lobe. Cycles has no such
             control but the light's ray visibility, so a light as read from Blender has 0 or 1.
         use_shadow: whether it casts shadows.
+        controls: what shapes it beyond Blender's attributes.
         warnings: one sentence for each thing about it that is not modelled.
     """
 
@@ -73,6 +77,7 @@ class Light:
     diffuse_factor: float = 1.0
     specular_factor: float = 1.0
     use_shadow: bool = True
+    controls: LightControls = NEUTRAL
     warnings: tuple[str, ...] = ()
 
     @property
@@ -85,6 +90,20 @@ class Light:
         """(3,) float64 unit vector, world space: where the light shines (its -Z)."""
         axis = -self.world_from_light[:3, 2]
         return np.asarray(axis / np.linalg.norm(axis))
+
+    @cached_property
+    def axes(self) -> NDArray[np.float64]:
+        """(3, 3) float64, rows right, up and back: light space's axes in world space.
+
+        The object's own, made orthonormal and right-handed: back is its Z, up nearest to its Y.
+        """
+        back = -self.direction
+        up = self.world_from_light[:3, 1]
+        right = np.cross(up, back)
+        if np.linalg.norm(right) <= np.finfo(np.float64).eps * np.linalg.norm(up):
+            return np.stack([*frame_across(back), back])
+        right = right / np.linalg.norm(right)
+        return np.stack([right, np.cross(back, right), back])
 
     @property
     def has_disk(self) -> bool:

@@ -29,7 +29,11 @@ void main()
     return;
   }
   Incidence lit = incidence(s.position);
-  if (lit.strength <= 0.0) {
+  vec3 color = light.intensity.rgb;
+#ifdef HAS_FILTERS
+  color *= light_filters(s.position);
+#endif
+  if (lit.strength <= 0.0 || color == vec3(0.0)) {
     return;
   }
   float NgoL = dot(s.Ng, lit.L);
@@ -60,5 +64,5 @@ void main()
 #else
   vec3 kept = sum + through;
 #endif
-  radiance = vec4(kept * light.intensity.rgb * lit.strength, 0.0);
+  radiance = vec4(kept * color * lit.strength, 0.0);
 }

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What stands in a light's beam: the parts of the light pass that only some lights have.
+
+A filter multiplies the light by a colour that depends on the place it lights, in light space. The
+light pass is compiled with those filters alone that a light uses: each brings its GLSL, its fields
+in the uniform block `filters` and its textures.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..glsl.shader import Samplers
+from ..glsl.uniforms import Field, UniformBlock
+from ..scene.light import Light
+
+
+@dataclass(frozen=True)
+class LightFilter:
+    """One filter of one light.
+
+    Attributes:
+        name: `vec3 <name>_filter(vec3 q)` in addon/glsl/lib/<name>_filter.glsl gives what it lets
+            through to q (light space, metres).
+        fields: its fields in the block `filters`, with its name and "_" in front.
+        values: their values.
+        samplers, textures: what it reads, by names that begin likewise.
+    """
+
+    name: str
+    fields: tuple[Field, ...]
+    values: Mapping[str, Any]
+    samplers: Samplers = ()
+    textures: Mapping[str, Any] = field(default_factory=dict)
+
+
+# What is compiled: names, fields and samplers, not their values.
+FilterKinds = tuple[tuple[str, tuple[Field, ...], Samplers], ...]
+
+
+def kinds(filters: Sequence[LightFilter]) -> FilterKinds:
+    """What a shader depends on of some filters."""
+    return tuple((f.name, f.fields, f.samplers) for f in filters)
+
+
+# The fields that every light with filters has: the rows of light space's axes, and its origin.
+_SPACE = (
+    Field("vec4", "light_x"),
+    Field("vec4", "light_y"),
+    Field("vec4", "light_z"),
+    Field("vec4", "light_origin"),
+)
+
+
+def filter_block(used: FilterKinds) -> UniformBlock:
+    """The uniform block of some filters."""
+    return UniformBlock("filters", (*_SPACE, *(field for _, fields, _ in used for field in fields)))
+
+
+def filter_glsl(used: FilterKinds) -> str:
+    """`vec3 light_filters(vec3 position)`, of local space: all of them together."""
+    lines = [
+        "vec3 light_filters(vec3 position)",
+        "{",
+        "  vec3 from_light = position - filters.light_origin.xyz;",
+        "  vec3 q = vec3(dot(filters.light_x.xyz, from_light),",
+        "                dot(filters.light_y.xyz, from_light),",
+        "                dot(filters.light_z.xyz, from_light));",
+        "  vec3 through = vec3(1.0);",
+        *(f"  through *= {name}_filter(q);" for name, _, _ in used),
+        "  return through;",
+        "}",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def filter_uniforms(
+    light: Light, filters: Sequence[LightFilter], local_origin: NDArray[np.float64]
+) -> dict[str, Any]:
+    """The values of `filter_block` for surfaces in the space around `local_origin`."""
+    axes = np.zeros((3, 4))
+    axes[:, :3] = light.axes
+    values: dict[str, Any] = {
+        "light_x": axes[0],
+        "light_y": axes[1],
+        "light_z": axes[2],
+        "light_origin": np.append(light.position - local_origin, 0.0),
+    }
+    for each in filters:
+        values.update(each.values)
+    return values

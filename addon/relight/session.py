@@ -17,7 +17,7 @@ picture of an interactive view is a single sample from the pixels' and the light
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,6 +35,7 @@ from ..glsl.shader import Texture, framebuffer, read_texture, texture_2d
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
+from ..scene.same import is_same
 from ..scene.view import View
 from ..scene.world import World
 from .albedo_pass import AlbedoTextures
@@ -167,7 +168,7 @@ class RelightSession:
         """Lights were edited, added or removed; only their own layers are redone."""
         new = {light.name: light for light in lights}
         for name in {**self._lights, **new}:
-            if not _same_light(self._lights.get(name), new.get(name)):
+            if not is_same(self._lights.get(name), new.get(name)):
                 self._preview.drop(_LIGHT_KEY + name)
                 self._refined.drop(_LIGHT_KEY + name)
                 self._preview_shadows.pop(name, None)
@@ -392,10 +393,3 @@ class RelightSession:
             visible = position[position[:, 3] > 0.0, :3].astype(np.float64)
             self._receivers = visible + surface.origin
         return self._receivers
-
-
-def _same_light(a: Light | None, b: Light | None) -> bool:
-    if a is None or b is None:
-        return a is b
-    pairs = ((getattr(a, field.name), getattr(b, field.name)) for field in fields(Light))
-    return all(np.array_equal(x, y) for x, y in pairs)

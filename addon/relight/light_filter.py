@@ -30,6 +30,7 @@ class LightFilter:
         fields: its fields in the block `filters`, with its name and "_" in front.
         values: their values.
         samplers, textures: what it reads, by names that begin likewise.
+        library: files under addon/glsl/lib/ that its own needs, in order of dependence.
     """
 
     name: str
@@ -37,15 +38,31 @@ class LightFilter:
     values: Mapping[str, Any]
     samplers: Samplers = ()
     textures: Mapping[str, Any] = field(default_factory=dict)
+    library: tuple[str, ...] = ()
 
 
-# What is compiled: names, fields and samplers, not their values.
-FilterKinds = tuple[tuple[str, tuple[Field, ...], Samplers], ...]
+@dataclass(frozen=True)
+class FilterKind:
+    """What of a filter is compiled: not its values."""
+
+    name: str
+    fields: tuple[Field, ...]
+    samplers: Samplers
+    library: tuple[str, ...]
+
+
+FilterKinds = tuple[FilterKind, ...]
 
 
 def kinds(filters: Sequence[LightFilter]) -> FilterKinds:
     """What a shader depends on of some filters."""
-    return tuple((f.name, f.fields, f.samplers) for f in filters)
+    return tuple(FilterKind(f.name, f.fields, f.samplers, f.library) for f in filters)
+
+
+def filter_library(used: FilterKinds) -> tuple[str, ...]:
+    """The files under addon/glsl/lib/ that some filters need, each once."""
+    files = (file for kind in used for file in (*kind.library, f"{kind.name}_filter"))
+    return tuple(dict.fromkeys(files))
 
 
 # The fields that every light with filters has: the rows of light space's axes, and its origin.
@@ -59,7 +76,7 @@ _SPACE = (
 
 def filter_block(used: FilterKinds) -> UniformBlock:
     """The uniform block of some filters."""
-    return UniformBlock("filters", (*_SPACE, *(field for _, fields, _ in used for field in fields)))
+    return UniformBlock("filters", (*_SPACE, *(field for kind in used for field in kind.fields)))
 
 
 def filter_glsl(used: FilterKinds) -> str:
@@ -72,7 +89,7 @@ def filter_glsl(used: FilterKinds) -> str:
         "                dot(filters.light_y.xyz, from_light),",
         "                dot(filters.light_z.xyz, from_light));",
         "  vec3 through = vec3(1.0);",
-        *(f"  through *= {name}_filter(q);" for name, _, _ in used),
+        *(f"  through *= {kind.name}_filter(q);" for kind in used),
         "  return through;",
         "}",
         "",

@@ -17,7 +17,14 @@ from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .albedo_pass import AlbedoTextures, table_library, table_samplers
 from .blend_pass import add_fullscreen
-from .light_filter import FilterKinds, filter_block, filter_glsl, filter_uniforms, kinds
+from .light_filter import (
+    FilterKinds,
+    filter_block,
+    filter_glsl,
+    filter_library,
+    filter_uniforms,
+    kinds,
+)
 from .light_filters import LightFilters
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
@@ -133,7 +140,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
             *table_library(layout),
             "light",
             *(("shadow",) if shadowed else ()),
-            *(f"{name}_filter" for name, _, _ in filters),
+            *filter_library(filters),
         ),
         generated=layout.read_glsl() + (filter_glsl(filters) if filters else ""),
         blocks=(
@@ -145,7 +152,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
         samplers=(
             *layout.samplers,
             *table_samplers(layout),
-            *(sampler for _, _, samplers in filters for sampler in samplers),
+            *(sampler for kind in filters for sampler in kind.samplers),
             *((SHADOW_SAMPLER,) if shadowed else ()),
         ),
         outputs=(("VEC4", "radiance"),),

@@ -26,7 +26,7 @@ def add_fullscreen(
         gpu.state.blend_set("NONE")
 
 
-_SCALE_BLOCK = UniformBlock("scale", (Field("vec4", "factor"),))
+_SCALE_BLOCK = UniformBlock("scale", (Field("vec4", "factor"), Field("int", "stride")))
 
 _SUM_PASS = PassShader(
     name="sum_layers",
@@ -43,9 +43,18 @@ class SumPass:
     def __init__(self) -> None:
         self._program = _SUM_PASS.build()
 
-    def add(self, layer: Any, target: Any, factor: float = 1.0) -> None:
-        """Add `factor` times one texture to the framebuffer."""
-        scale = {"factor": (factor, factor, factor, factor)}
+    def add(
+        self,
+        layer: Any,
+        target: Any,
+        factor: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0),
+        stride: int = 1,
+    ) -> None:
+        """Add `factor` (r, g, b, a) times one texture to the framebuffer.
+
+        A pixel of the texture covers stride x stride of the framebuffer's.
+        """
+        scale = {"factor": factor, "stride": stride}
         add_fullscreen(self._program, target, {"source": layer}, {"scale": scale})
 
     def draw(self, layers: Sequence[Any], target: Any) -> None:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..corrmap.surface_buffer import SurfaceBuffer
 from ..corrmap.surface_layout import SurfaceLayout
-from ..glsl.shader import PassShader, ShaderProgram
+from ..glsl.shader import GlslType, PassShader, ShaderProgram
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .albedo_pass import AlbedoTextures, table_library, table_samplers
@@ -69,11 +69,15 @@ class LightPass:
     Args:
         tables: textures of the specular tables.
         layout: of the surfaces.
+        split: whether lobes of different kinds go to textures of their own.
     """
 
-    def __init__(self, tables: AlbedoTextures, layout: SurfaceLayout) -> None:
+    def __init__(
+        self, tables: AlbedoTextures, layout: SurfaceLayout, *, split: bool = False
+    ) -> None:
         self._tables = tables
         self._layout = layout
+        self._split = split
         self._filters = LightFilters()
         self._programs: dict[_Variant, ShaderProgram] = {}
 
@@ -85,7 +89,9 @@ class LightPass:
         target: Any,
         *,
         shadow: ShadowMap | None,
+        color: NDArray[np.float64] | None = None,
         weight: float = 1.0,
+        stride: int = 1,
     ) -> None:
         """Add `weight` times the radiance that this point of the light causes.
 
@@ -93,19 +99,22 @@ class LightPass:
             surface: what is seen.
             light: the light; one that is not lit adds nothing.
             sample: its point, from `light_sample`.
-            target: framebuffer whose first colour slot is the light's layer, RGBA32F. Alpha
-                is left as it is.
+            target: framebuffer over the light's layer, RGBA32F; of a pass that splits lobes,
+                over one for each of `parts`. Alpha is left as it is.
             shadow: that point's shadow map; None lights through everything.
+            color: (3,) float64, instead of the light's own intensity, in its units.
             weight: usually 1 / count of the view's samples.
+            stride: view pixels along the side of one of the target's.
         """
         if not light.is_lit:
             return
+        intensity = light.intensity if color is None else color
         filters = self._filters.of(light)
         program = self._program(light, shadow is not None, kinds(filters))
         textures = surface.textures() | self._tables.textures(self._layout)
         uniforms: dict[str, Mapping[str, Any]] = {
-            "view": view_uniforms(surface),
-            "light": light_uniforms(light, sample, surface.origin, weight),
+            "view": view_uniforms(surface, stride),
+            "light": light_uniforms(light, sample, surface.origin, weight * intensity),
         }
         if filters:
             for each in filters:
@@ -120,16 +129,17 @@ class LightPass:
         has_spread = light.type == "AREA" and light.spread < np.pi
         variant = _Variant(light.type, has_spread, shadowed, filters)
         if variant not in self._programs:
-            self._programs[variant] = _describe(variant, self._layout).build()
+            self._programs[variant] = _describe(variant, self._layout, self._split).build()
         return self._programs[variant]
 
 
-def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
+def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShader:
     shadowed, filters = variant.shadowed, variant.filters
     flags = {
         "HAS_SPREAD": variant.has_spread,
         "HAS_SHADOW": shadowed,
         "HAS_FILTERS": bool(filters),
+        "SPLIT_LOBES": split,
     }
     return PassShader(
         name=f"light_{variant.light_type.lower()}",
@@ -155,7 +165,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
             *(sampler for kind in filters for sampler in kind.samplers),
             *((SHADOW_SAMPLER,) if shadowed else ()),
         ),
-        outputs=(("VEC4", "radiance"),),
+        outputs=_outputs(layout, split),
         defines=(
             ("LIGHT_TYPE", str(_TYPE_CODE[variant.light_type])),
             *layout.defines,
@@ -164,10 +174,28 @@ def _describe(variant: _Variant, layout: SurfaceLayout) -> PassShader:
     )
 
 
+def lobe_parts(layout: SurfaceLayout) -> tuple[str, ...]:
+    """The kinds of lobes that a scene's surfaces have, as a split layer's textures are ordered."""
+    kinds_of = {"HAS_SPECULAR": "specular", "HAS_SHEEN": "sheen", "HAS_TRANSLUCENT": "translucent"}
+    return ("diffuse", *(part for define, part in kinds_of.items() if layout.has(define)))
+
+
+def _outputs(layout: SurfaceLayout, split: bool) -> tuple[tuple[GlslType, str], ...]:
+    if not split:
+        return (("VEC4", "radiance"),)
+    return tuple(("VEC4", f"radiance_{part}") for part in lobe_parts(layout))
+
+
 def light_uniforms(
-    light: Light, sample: LightSample, local_origin: NDArray[np.float64], weight: float
+    light: Light,
+    sample: LightSample,
+    local_origin: NDArray[np.float64],
+    intensity: NDArray[np.float64],
 ) -> dict[str, Any]:
-    """The values of LIGHT_BLOCK for surfaces in the space around `local_origin`."""
+    """The values of LIGHT_BLOCK for surfaces in the space around `local_origin`.
+
+    `intensity` is (3,) in the units of `Light.intensity`.
+    """
     is_sun = light.type == "SUN"
     place = sample.position if is_sun else sample.position - local_origin
     light_from_world = np.zeros((3, 4))
@@ -185,7 +213,7 @@ def light_uniforms(
         "place": np.append(place, 0.0),
         "centre": np.append(light.position - local_origin, 0.0) if not is_sun else np.zeros(4),
         "axis": np.append(light.direction, 0.0),
-        "intensity": np.append(weight * light.intensity, 0.0),
+        "intensity": np.append(intensity, 0.0),
         "spot_x": light_from_world[0],
         "spot_y": light_from_world[1],
         "spot_z": light_from_world[2],

@@ -2,22 +2,20 @@
 """The one object behind the viewport, F12, the command line and the tests.
 
 A `RelightSession` owns a scene's geometry, its cache, its lights, its world and the view. It is
-told what changed and redoes only what depends on it:
-
-    geometry  ->  the triangles on the GPU, the view's surfaces, every layer
-    view      ->  the view's surfaces, every layer
-    a light   ->  that light's layer
-    world     ->  the world's layer
+told what changed; its frame graph (`frame_passes`) knows what depends on that, and only this is
+drawn again.
 
 A picture is the mean of samples. Sample k has its own place in the pixel (by Cycles' filter)
-and its own point of every light, so that edges and soft shadows converge together. The first
-picture of an interactive view is a single sample from the pixels' and the lights' centres.
+and its own point of every light, so that edges and soft shadows converge together. On the way
+there, `step` by step, an interactive view sees a coarse picture where a full one takes its time,
+then a single sample from the pixels' and the lights' centres, then the growing mean.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,45 +23,49 @@ from numpy.typing import NDArray
 
 from ..caching.stored_framebuffers import StoredFramebuffers
 from ..corrmap.correspondence import Coverage
-from ..corrmap.geometry_buffer import GeometryBuffer
-from ..corrmap.pixel_filter import pixel_offsets
-from ..corrmap.surface_buffer import SurfaceBuffer
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..corrmap.tile_pages import CACHE_BUDGET
 from ..errors import InputError
-from ..glsl.shader import Texture, framebuffer, read_texture, texture_2d
+from ..glsl.shader import Texture, read_texture
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
-from ..scene.same import is_same
 from ..scene.view import View
 from ..scene.world import World
-from .albedo_pass import AlbedoTextures
-from .blend_pass import SumPass
+from .frame_graph import FrameGraph
+from .frame_passes import (
+    EMISSION_LAYER,
+    GEOMETRY,
+    SAMPLES,
+    SURFACES,
+    VIEW,
+    WORLD,
+    WORLD_LAYER,
+    LightNode,
+    frame_passes,
+    layer_pass,
+    light_input,
+    shadow_pass,
+)
+from .layer_drawing import LayerDrawing
 from .layer_stack import LayerStack, LightLayer
-from .light_contact import touches_surface
-from .light_pass import LightPass
-from .light_sample import LightSample, light_sample
+from .light_edit import changed_parts, layer_scale
+from .light_mix import LightMix, MixPart
 from .shadow_frustum import ShadowSettings
-from .shadow_pass import ShadowMap, ShadowPass
-from .surface_pass import EmissionPass
-from .world_pass import AmbientPass, BackgroundPass, WorldTextures
+from .world_pass import WorldTextures
 
 if TYPE_CHECKING:
     from ..caching.store import CacheStore
-
-WORLD_LAYER = "World"
-EMISSION_LAYER = "Emission"
-
-# Inside, a light's layer goes by its name behind this, so that a light called "World" is a light.
-_LIGHT_KEY = "light "
 
 # A running mean replaces the centred preview once it has this many samples: fewer would jump
 # between single hard shadows.
 _STEADY_SAMPLES = 4
 
-# Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
-_RECEIVER_STRIDE = 4
+# Where a layer's preview took longer than this, seconds, a coarse one is shown before it.
+_COARSE_ABOVE_S = 0.04
+
+# View pixels along the side of a coarse layer's pixel: a sixteenth of the work.
+COARSE_STRIDE = 4
 
 
 @dataclass(frozen=True)
@@ -77,6 +79,8 @@ class Picture:
         correspondence: (H, W, 4) float32: camera number or -1, u, v, score.
         coverage: what the cache did not show.
         samples: samples in the mean.
+        lobes: of a session that splits lobes, for each light's layer (H, W, 3) float32 by the
+            kind of lobe; they add up to the layer.
     """
 
     combined: NDArray[np.float32]
@@ -84,6 +88,7 @@ class Picture:
     correspondence: NDArray[np.float32]
     coverage: Coverage
     samples: int
+    lobes: Mapping[str, Mapping[str, NDArray[np.float32]]] = field(default_factory=dict)
 
 
 class RelightSession:
@@ -94,6 +99,7 @@ class RelightSession:
         store: its cache, with at least one finished camera.
         samples: samples in a finished picture.
         shadows: resolution of the shadow maps.
+        split_lobes: whether lights' layers are kept apart by the kind of lobe, for `Picture.lobes`.
         cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
         progress: is told how far loading the cache is.
 
@@ -108,6 +114,7 @@ class RelightSession:
         samples: int = 16,
         shadows: ShadowSettings | None = None,
         *,
+        split_lobes: bool = False,
         cache_budget: int = CACHE_BUDGET,
         progress: Progress = silent,
     ) -> None:
@@ -118,34 +125,35 @@ class RelightSession:
         self._sampler = SurfaceSampler(
             geometry, framebuffers, store.plan, cache_budget=cache_budget, progress=progress
         )
+        self._has_emission = store.plan.uses("emission")
+        self._drawing = LayerDrawing(
+            self._sampler,
+            shadows or ShadowSettings(),
+            has_emission=self._has_emission,
+            split=split_lobes,
+        )
         self._lights: dict[str, Light] = {}
-        self._touching: dict[str, bool] = {}
+        self._light_of_layer: dict[str, str] = {}
+        self._muted: frozenset[str] = frozenset()
+        self._edited: tuple[str, ...] = ()
         self._world: World | None = None
         self._world_textures: WorldTextures | None = None
         self._view: View | None = None
-        self._shadow_settings = shadows or ShadowSettings()
-        self._shadow_pass: ShadowPass | None = None
-        self._shadow_geometry: GeometryBuffer | None = None
-        self._preview_shadows: dict[str, ShadowMap] = {}
-        self._receivers: NDArray[np.float64] | None = None
-        tables = AlbedoTextures()
-        layout = self._sampler.layout
-        self._light_pass = LightPass(tables, layout)
-        self._ambient_pass = AmbientPass(tables, layout)
-        self._background_pass = BackgroundPass()
-        self._emission_pass = EmissionPass(layout) if store.plan.uses("emission") else None
-        self._sum_pass = SumPass()
-        self._preview = LayerStack(1)
-        self._refined = LayerStack(samples)
+        self._graph = FrameGraph(frame_passes((), has_emission=self._has_emission))
+        self._mix = LightMix()
+        self._coarse = self._stack(1, COARSE_STRIDE)
+        self._preview = self._stack(1)
+        self._refined = self._stack(samples)
+        self._preview_s = 0.0
 
     # What changed -------------------------------------------------------------------------
 
     def set_geometry(self, geometry: SceneGeometry) -> None:
         """Objects moved or changed their shape; the cache stays."""
         self._sampler.set_geometry(geometry)
-        self._touching.clear()
-        if self._view is not None:
-            view, self._view = self._view, None
+        view, self._view = self._view, None
+        self._touch(GEOMETRY)
+        if view is not None:
             self.set_view(view)
 
     def set_view(self, view: View) -> None:
@@ -153,27 +161,43 @@ class RelightSession:
         if not self._sampler.set_view(view):
             return
         self._view = view
-        self._receivers = None
-        self._preview.clear()
-        self._refined.clear()
-        for name in [n for n, light in self._lights.items() if light.type == "SUN"]:
-            self._preview_shadows.pop(name, None)
-        geometry = self._sampler.geometry_buffer
-        if geometry is not self._shadow_geometry:
-            self._shadow_pass = ShadowPass(geometry, self._shadow_settings)
-            self._shadow_geometry = geometry
-            self._preview_shadows.clear()
+        self._mix.clear()
+        self._touch(VIEW)
 
     def set_lights(self, lights: Sequence[Light]) -> None:
-        """Lights were edited, added or removed; only their own layers are redone."""
+        """Lights were edited, added or removed; only what depends on that is redone."""
         new = {light.name: light for light in lights}
-        for name in {**self._lights, **new}:
-            if not is_same(self._lights.get(name), new.get(name)):
-                self._preview.drop(_LIGHT_KEY + name)
-                self._refined.drop(_LIGHT_KEY + name)
-                self._preview_shadows.pop(name, None)
-                self._touching.pop(name, None)
+        touched = []
+        for name, light in self._lights.items():
+            if name in new:
+                parts = changed_parts(light, new[name])
+                touched += [light_input(name, part) for part in parts]
+                if not parts:
+                    # The same object again: what was made for it serves on.
+                    new[name] = light
+        edited = {name.rpartition(": ")[0] for name in touched} | (set(new) - set(self._lights))
+        gone = [name for name in self._lights if name not in new]
         self._lights = new
+        self._light_of_layer = {layer_pass(name): name for name in new}
+        nodes = [
+            LightNode(light.name, casts=light.use_shadow, follows_view=light.type == "SUN")
+            for light in new.values()
+        ]
+        self._forget(self._graph.replace(frame_passes(nodes, has_emission=self._has_emission)))
+        self._touch(*touched)
+        for name in gone:
+            self._drawing.forget_shadows(name)
+        if edited:
+            self._edited = tuple(layer_pass(name) for name in new if name in edited)
+
+    def set_muted(
+        self, lights: Collection[str], *, world: bool = False, emission: bool = False
+    ) -> None:
+        """Leave layers out of the picture; they are kept, and refined only when they are back."""
+        muted = {layer_pass(name) for name in lights}
+        muted |= {WORLD_LAYER} if world else set()
+        muted |= {EMISSION_LAYER} if emission else set()
+        self._muted = frozenset(muted)
 
     def set_world(self, world: World | None) -> None:
         """The world was edited; None for a black one.
@@ -187,13 +211,13 @@ class RelightSession:
         lit = world is not None and (world.equirect is not None or np.any(world.radiance))
         self._world = world
         self._world_textures = WorldTextures.upload(world) if world is not None and lit else None
-        self._preview.drop(WORLD_LAYER)
-        self._refined.drop(WORLD_LAYER)
+        self._touch(WORLD)
 
     def set_samples(self, samples: int) -> None:
         """Samples of a finished picture; what was drawn for another number is dropped."""
         if samples != self._refined.count:
-            self._refined = LayerStack(samples)
+            self._refined = self._stack(samples)
+            self._graph.touch(SAMPLES)
 
     # Pictures -----------------------------------------------------------------------------
 
@@ -201,20 +225,28 @@ class RelightSession:
     def samples_done(self) -> int:
         """Samples of the refined picture that every layer has."""
         self._require_layers()
-        done = self._refined.next_sample
+        done = self._refined.next_sample(self._audible())
         return self._refined.count if done is None else done
 
     def step(self) -> bool:
         """Do the next bit of work toward a finished picture; False when there is none.
 
-        The preview comes first, whole; then one sample after another.
+        A bit is one sample of one layer, the edited light's first, so that a new edit waits for
+        no more than that.
         """
         self._require_layers()
-        if self._preview.next_sample is not None and self.samples_done < self._steady_samples:
-            self._preview.advance(self._draw_preview)
-            return True
-        if self._refined.next_sample is not None:
-            self._refined.advance(self._draw_refined)
+        for stack in (self._coarse, self._preview, self._refined):
+            start = time.perf_counter()
+            name = stack.advance(self._audible(), self._drawer(stack), self._edited)
+            if name is None:
+                continue
+            _finish(stack[name])
+            took = time.perf_counter() - start
+            if stack is self._preview:
+                # A pass's first time is that of its shader's compilation.
+                known = self._graph.seconds(name) is not None
+                self._preview_s = took if known else self._preview_s
+            self._graph.ran(name, took, last=stack is self._refined and self._is_complete(name))
             return True
         return False
 
@@ -226,34 +258,36 @@ class RelightSession:
             Cancelled: raised by `progress`; what was drawn is kept.
         """
         self._require_layers()
-        count = self._refined.count
-        while (k := self._refined.next_sample) is not None:
-            progress(k / count, f"Sample {k + 1} of {count}")
-            self._refined.advance(self._draw_refined)
+        names, count = self._audible(), self._refined.count
+        while (k := self._refined.next_sample(names)) is not None:
+            done = sum(self._refined[name].samples for name in names)
+            progress(done / (count * len(names)), f"Sample {k + 1} of {count}")
+            drawn = self._refined.advance(names, self._drawer(self._refined))
+            if drawn is not None and self._is_complete(drawn):
+                self._graph.clean(drawn)
         progress(1.0, f"{count} samples")
+        layers = {name: self._read_layer(name) for name in names}
         return Picture(
-            combined=read_texture(self.draw_combined()),
-            layers={self._shown_name(key): self._read_layer(key) for key in self._layer_names()},
+            combined=read_texture(self._draw_mix(keep=False)),
+            layers={
+                self._shown_name(n): np.sum([*parts.values()], 0) for n, parts in layers.items()
+            },
             correspondence=self._sampler.correspondence().read(),
             coverage=self._sampler.coverage(),
             samples=count,
+            lobes={
+                self._light_of_layer[name]: parts
+                for name, parts in layers.items()
+                if self._drawing.parts and name in self._light_of_layer
+            },
         )
 
     def draw_combined(self) -> Texture:
         """The sum of all layers as they stand, RGBA32F scene-linear.
 
-        A layer without a steady mean is shown as its preview.
+        A layer without a steady mean is shown as its preview, one without that as its coarse one.
         """
-        view = self._required_view()
-        texture = texture_2d(view.width, view.height)
-        target = framebuffer([texture])
-        with target.bind():
-            target.clear(color=(0.0, 0.0, 0.0, 0.0))
-        for name in self._layer_names():
-            layer = self._shown(name)
-            if layer is not None:
-                self._sum_pass.add(layer.texture, target, 1.0 / layer.samples)
-        return texture
+        return self._draw_mix(keep=True)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -277,7 +311,37 @@ class RelightSession:
         """What the cache does not show of the current view."""
         return self._sampler.coverage()
 
+    @property
+    def graph(self) -> FrameGraph:
+        """The passes behind the picture, for showing them."""
+        return self._graph
+
     # Inside -------------------------------------------------------------------------------
+
+    def _touch(self, *inputs: str) -> None:
+        self._forget(self._graph.touch(*inputs))
+
+    def _forget(self, dirty: Collection[str]) -> None:
+        """Drop what dirty passes made."""
+        if SURFACES in dirty and self._view is not None:
+            self._drawing.forget_surfaces()
+        for name in self._lights:
+            if shadow_pass(name) in dirty:
+                self._drawing.forget_shadows(name)
+        for stack in (self._coarse, self._preview, self._refined):
+            for name in dirty:
+                stack.drop(name)
+
+    def _stack(self, samples: int, stride: int = 1) -> LayerStack:
+        split = len(self._drawing.parts)
+
+        def parts(layer: str) -> int:
+            return split if split and layer in self._light_of_layer else 1
+
+        return LayerStack(samples, stride, parts)
+
+    def _is_complete(self, name: str) -> bool:
+        return self._refined[name].samples == self._refined.count
 
     def _required_view(self) -> View:
         if self._view is None:
@@ -291,105 +355,92 @@ class RelightSession:
 
     def _layer_names(self) -> list[str]:
         # The world's layer is always there: it holds the picture's alpha.
-        names = [*(_LIGHT_KEY + name for name in self._lights), WORLD_LAYER]
-        if self._emission_pass is not None:
-            names.append(EMISSION_LAYER)
-        return names
+        names = [*self._light_of_layer, WORLD_LAYER]
+        return [*names, EMISSION_LAYER] if self._has_emission else names
+
+    def _audible(self) -> list[str]:
+        return [name for name in self._layer_names() if name not in self._muted]
 
     def _require_layers(self) -> None:
+        """Make the layers exist that are wanted: rough ones only where nothing better is."""
         view = self._required_view()
-        for stack in (self._preview, self._refined):
-            stack.require(self._layer_names(), view.width, view.height)
+        size = (view.width, view.height)
+        names = self._layer_names()
+        self._refined.require(names, *size)
+        rough = [n for n in names if self._refined[n].samples < self._steady_samples]
+        self._preview.require(rough, *size)
+        coarse = [n for n in rough if self._preview[n].samples == 0]
+        self._coarse.require(coarse if self._preview_s > _COARSE_ABOVE_S else [], *size)
 
-    def _shown(self, name: str) -> LightLayer | None:
+    def _shown(self, name: str) -> tuple[LayerStack, LightLayer] | None:
+        """The best that there is of a layer."""
         refined = self._refined.get(name)
-        preview = self._preview.get(name)
         if refined is not None and refined.samples >= self._steady_samples:
-            return refined
-        for layer in (preview, refined):
+            return self._refined, refined
+        for stack in (self._preview, self._refined, self._coarse):
+            layer = stack.get(name)
             if layer is not None and layer.samples:
-                return layer
+                return stack, layer
         return None
 
-    def _light_of(self, key: str) -> Light | None:
-        """The light whose layer goes by this key; None for the world's and the emission's."""
-        if not key.startswith(_LIGHT_KEY):
-            return None
-        return self._lights.get(key.removeprefix(_LIGHT_KEY))
-
-    def _shown_name(self, key: str) -> str:
-        if key.startswith(_LIGHT_KEY):
-            return key.removeprefix(_LIGHT_KEY)
-        return f"{key} (scene)" if key in self._lights else key
-
-    def _read_layer(self, name: str) -> NDArray[np.float32]:
-        layer = self._refined[name]
-        return read_texture(layer.texture)[..., :3] / np.float32(layer.samples)
-
-    def _draw_preview(self, name: str, layer: LightLayer, _k: int) -> None:
-        light = self._light_of(name)
-        shadow = None
-        if light is not None and light.use_shadow:
-            shadow = self._preview_shadows.get(light.name)
-            if shadow is None:
-                shadow = self._preview_shadows[light.name] = self._shadow(light, 0, 1)
-        self._draw(name, layer, 0, 1, shadow)
-
-    def _draw_refined(self, name: str, layer: LightLayer, k: int) -> None:
-        light = self._light_of(name)
-        shadow = None
-        if light is not None and light.use_shadow:
-            shadow = self._shadow(light, k, self._refined.count)
-        self._draw(name, layer, k, self._refined.count, shadow)
-
-    def _draw(
-        self, name: str, layer: LightLayer, k: int, count: int, shadow: ShadowMap | None
-    ) -> None:
-        surface = self._sampler.sample(k)
-        light = self._light_of(name)
-        if light is not None:
-            point = self._light_sample(light, k, count)
-            self._light_pass.draw(surface, light, point, layer.target, shadow=shadow)
-        elif name == EMISSION_LAYER and self._emission_pass is not None:
-            self._emission_pass.draw(surface, layer.target)
-        else:
-            self._draw_world(surface, layer, k)
-
-    def _draw_world(self, surface: SurfaceBuffer, layer: LightLayer, k: int) -> None:
+    def _draw_mix(self, *, keep: bool) -> Texture:
         view = self._required_view()
-        x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
-        self._background_pass.draw(
-            surface,
-            self._world_textures,
-            view,
-            layer.target,
-            offset=(float(x), float(y)),
-            film_transparent=self._world is not None and self._world.film_transparent,
-        )
-        if self._world_textures is not None:
-            self._ambient_pass.draw(surface, self._world_textures, layer.target)
+        parts = {}
+        for name in self._audible():
+            shown = self._shown(name)
+            if shown is not None:
+                stack, layer = shown
+                red, green, blue = (float(v) for v in self._scale(name) / layer.samples)
+                parts[name] = MixPart(
+                    layer.textures,
+                    (red, green, blue, 1.0 / layer.samples),
+                    stack.stride,
+                    (layer.serial, layer.samples),
+                )
+        return self._mix.draw(parts, view.width, view.height, keep=keep)
 
-    def _shadow(self, light: Light, k: int, count: int) -> ShadowMap:
-        if self._shadow_pass is None:
-            raise RuntimeError("set a view before drawing shadows")
-        return self._shadow_pass.draw(
-            light,
-            self._light_sample(light, k, count),
-            self._sampler.geometry.bounds,
-            self._visible_receivers(),
-        )
+    def _scale(self, layer: str) -> NDArray[np.float64]:
+        """(3,) what a layer is multiplied with."""
+        name = self._light_of_layer.get(layer)
+        return np.ones(3) if name is None else layer_scale(self._lights[name])
 
-    def _light_sample(self, light: Light, k: int, count: int) -> LightSample:
-        if light.name not in self._touching:
-            self._touching[light.name] = touches_surface(light, self._sampler.geometry)
-        return light_sample(light, k, count, touching=self._touching[light.name])
+    def _shown_name(self, layer: str) -> str:
+        if layer in self._light_of_layer:
+            return self._light_of_layer[layer]
+        return f"{layer} (scene)" if layer in self._lights else layer
 
-    def _visible_receivers(self) -> NDArray[np.float64]:
-        """(N, 3) world-space points that the view sees, for fitting sun shadow maps."""
-        if self._receivers is None:
-            surface = self._sampler.sample(0)
-            stride = _RECEIVER_STRIDE
-            position = read_texture(surface.position)[::stride, ::stride].reshape(-1, 4)
-            visible = position[position[:, 3] > 0.0, :3].astype(np.float64)
-            self._receivers = visible + surface.origin
-        return self._receivers
+    def _read_layer(self, name: str) -> dict[str, NDArray[np.float32]]:
+        """A layer's parts, (H, W, 3) each."""
+        layer = self._refined[name]
+        factor = (self._scale(name) / layer.samples).astype(np.float32)
+        parts = self._drawing.parts if name in self._light_of_layer else ()
+        return {
+            part: read_texture(texture)[..., :3] * factor
+            for part, texture in zip(parts or ("",), layer.textures, strict=True)
+        }
+
+    def _drawer(self, stack: LayerStack) -> Callable[[str, LightLayer, int], None]:
+        """What draws the samples of a stack's layers."""
+
+        def draw(name: str, layer: LightLayer, k: int) -> None:
+            light = self._light_of_layer.get(name)
+            if light is not None:
+                self._drawing.light(self._lights[light], layer, k, stack.count, stack.stride)
+            elif name == EMISSION_LAYER:
+                self._drawing.emission(layer, k, stack.stride)
+            else:
+                self._drawing.world(
+                    self._world_textures,
+                    self._required_view(),
+                    layer,
+                    k,
+                    stack.stride,
+                    film_transparent=self._world is not None and self._world.film_transparent,
+                )
+
+        return draw
+
+
+def _finish(layer: LightLayer) -> None:
+    """Wait until the GPU has drawn a layer: drawing commands return before that."""
+    layer.target.read_color(0, 0, 1, 1, 4, 0, "FLOAT")

@@ -13,15 +13,15 @@ from ..glsl.shader import PassShader
 from ..glsl.uniforms import Field, UniformBlock
 from .blend_pass import add_fullscreen
 
-VIEW_BLOCK = UniformBlock("view", (Field("vec4", "eye"),))
+VIEW_BLOCK = UniformBlock("view", (Field("vec4", "eye"), Field("int", "stride")))
 
 
-def view_uniforms(surface: SurfaceBuffer) -> dict[str, Any]:
-    """The values of VIEW_BLOCK."""
-    return {"eye": np.append(surface.eye, float(surface.perspective))}
+def view_uniforms(surface: SurfaceBuffer, stride: int) -> dict[str, Any]:
+    """The values of VIEW_BLOCK; a pixel of the target covers stride x stride of the surfaces'."""
+    return {"eye": np.append(surface.eye, float(surface.perspective)), "stride": stride}
 
 
-_SCALE_BLOCK = UniformBlock("scale", (Field("vec4", "factor"),))
+_SCALE_BLOCK = UniformBlock("scale", (Field("vec4", "factor"), Field("int", "stride")))
 
 
 # What reads a `SurfaceBuffer`, before what shades it.
@@ -47,7 +47,9 @@ class EmissionPass:
             defines=layout.defines,
         ).build()
 
-    def draw(self, surface: SurfaceBuffer, target: Any, weight: float = 1.0) -> None:
+    def draw(
+        self, surface: SurfaceBuffer, target: Any, weight: float = 1.0, stride: int = 1
+    ) -> None:
         """Add `weight` times the emission to the framebuffer; alpha is left as it is."""
-        scale = {"factor": (weight, weight, weight, 0.0)}
+        scale = {"factor": (weight, weight, weight, 0.0), "stride": stride}
         add_fullscreen(self._program, target, surface.textures(), {"scale": scale})

@@ -28,6 +28,7 @@ _BACKGROUND_BLOCK = UniformBlock(
         Field("vec4", "up"),
         Field("float", "weight"),
         Field("float", "opacity"),
+        Field("int", "stride"),
     ),
 )
 
@@ -103,6 +104,7 @@ class BackgroundPass:
         offset: tuple[float, float] = (0.0, 0.0),
         film_transparent: bool = False,
         weight: float = 1.0,
+        stride: int = 1,
     ) -> None:
         """Add `weight` times the background; alpha gets `weight` where the picture is opaque.
 
@@ -114,6 +116,7 @@ class BackgroundPass:
             offset: the sample's place in the pixel, from its centre, pixels.
             film_transparent: leave colour and alpha zero where no surface is seen.
             weight: usually 1 / count of the view's samples.
+            stride: view pixels along the side of one of the target's.
         """
         has_picture = world is not None and world.picture is not None
         if has_picture not in self._programs:
@@ -136,6 +139,7 @@ class BackgroundPass:
             "up": np.append(rays[2] - rays[0], 0.0),
             "weight": weight,
             "opacity": 0.0 if film_transparent else 1.0,
+            "stride": stride,
         }
         add_fullscreen(self._programs[has_picture], target, textures, {"background": uniforms})
 
@@ -169,7 +173,12 @@ class AmbientPass:
         self._programs: dict[bool, ShaderProgram] = {}
 
     def draw(
-        self, surface: SurfaceBuffer, world: WorldTextures, target: Any, weight: float = 1.0
+        self,
+        surface: SurfaceBuffer,
+        world: WorldTextures,
+        target: Any,
+        weight: float = 1.0,
+        stride: int = 1,
     ) -> None:
         """Add `weight` times the radiance that the world causes; alpha is left as it is."""
         has_picture = world.picture is not None
@@ -186,7 +195,7 @@ class AmbientPass:
             "diffuse_factor": weight * float(world.world.diffuse_visible),
             "specular_factor": weight * float(world.world.glossy_visible),
         }
-        uniforms = {"view": view_uniforms(surface), "ambient": ambient}
+        uniforms = {"view": view_uniforms(surface, stride), "ambient": ambient}
         add_fullscreen(self._programs[has_picture], target, textures, uniforms)
 
 

@@ -87,14 +87,15 @@ def open_session(room: tuple[SceneGeometry, MemoryStore, View], samples: int = 2
 def counted_draws(session: Any, monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
     """The names of the lights that are shaded inside, one entry for each pass."""
     shaded: list[str] = []
-    real = session._light_pass.draw
+    light_pass = session._drawing._light_pass
+    real = light_pass.draw
 
     def draw(surface: Any, light: Light, *args: Any, **kwargs: Any) -> None:
         shaded.append(light.name)
         real(surface, light, *args, **kwargs)
 
     with monkeypatch.context() as patch:
-        patch.setattr(session._light_pass, "draw", draw)
+        patch.setattr(light_pass, "draw", draw)
         yield shaded
 
 
@@ -186,17 +187,152 @@ def test_an_edit_redoes_one_layer(
     lights = [point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0))]
     session.set_lights(lights)
     before = session.render()
-    edited = [replace(lights[0], energy=20.0), lights[1]]
+    edited = [point_light("A", (1, 0.5, 1.5)), lights[1]]
     with counted_draws(session, monkeypatch) as shaded:
         session.set_lights(edited)
         after = session.render()
     assert shaded == ["A", "A"]
     assert np.array_equal(after.layers["B"], before.layers["B"])
-    # Twice the power is exactly twice the float.
-    assert np.array_equal(after.layers["A"], 2.0 * before.layers["A"])
+    assert not np.array_equal(after.layers["A"], before.layers["A"])
     fresh = open_session(room)
     fresh.set_lights(edited)
     assert np.array_equal(fresh.render().combined, after.combined)
+
+
+COLOR_EDITS: dict[str, tuple[dict[str, Any], Any]] = {
+    "energy": ({"energy": 20.0}, 2.0),
+    "exposure": ({"exposure": -1.0}, 0.5),
+    "color": ({"color": np.array([1.0, 0.5, 0.0])}, np.array([1.0, 0.5, 0.0])),
+    "normalize": ({"normalize": False}, 4.0),
+}
+
+
+@pytest.mark.parametrize("what", COLOR_EDITS)
+def test_a_color_edit_shades_nothing(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch, what: str
+) -> None:
+    attributes, factor = COLOR_EDITS[what]
+    session = open_session(room)
+    lights = [point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0))]
+    session.set_lights(lights)
+    before = session.render()
+    edited = [replace(lights[0], **attributes), lights[1]]
+    with counted_draws(session, monkeypatch) as shaded:
+        session.set_lights(edited)
+        after = session.render()
+    assert shaded == []
+    assert np.array_equal(after.layers["B"], before.layers["B"])
+    expected = before.layers["A"] * factor
+    # Without extent and not normalized, a point's power is Phi instead of Phi / (4 pi) / (1 / pi).
+    assert np.abs(after.layers["A"] - expected).max() <= 1e-6 * expected.max()
+    fresh = open_session(room)
+    fresh.set_lights(edited)
+    assert np.array_equal(fresh.render().combined, after.combined)
+
+
+def test_shaping_a_light_keeps_its_shadow_maps(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_session(room, samples=3)
+    lamp = Light(
+        "Spot", "SPOT", synthetic.looking_at((1, 1, 1.5), (0, 0, -1)), 10.0, np.ones(3),
+        shadow_soft_size=0.1,
+    )  # fmt: skip
+    session.set_lights([lamp])
+    session.render()
+    drawn: list[str] = []
+    real = session._drawing._pass.draw
+
+    def draw(light: Light, *args: Any) -> Any:
+        drawn.append(light.name)
+        return real(light, *args)
+
+    monkeypatch.setattr(session._drawing._pass, "draw", draw)
+    session.set_lights([replace(lamp, spot_blend=0.9)])
+    shaped = session.render()
+    assert drawn == []
+    session.set_lights([replace(lamp, spot_blend=0.9, shadow_soft_size=0.2)])
+    session.render()
+    assert len(drawn) == 3
+    fresh = open_session(room, samples=3)
+    fresh.set_lights([replace(lamp, spot_blend=0.9)])
+    assert np.array_equal(fresh.render().combined, shaped.combined)
+
+
+def test_ten_thousand_edits_do_not_drift(gpu_context: None, room: Any) -> None:
+    from addon.glsl.shader import read_texture
+
+    session = open_session(room, samples=1)
+    random = np.random.default_rng(5)
+    lights = [point_light(f"L{k}", tuple(random.uniform(-1, 1.5, 3)), 5.0) for k in range(6)]
+    session.set_lights(lights)
+    session.render()
+    for _ in range(10_000):
+        which = int(random.integers(6))
+        lights[which] = replace(lights[which], energy=float(10.0 ** random.uniform(-3, 3)))
+        session.set_lights(lights)
+        texture = session.draw_combined()
+    found = read_texture(texture).astype(np.float64)
+    fresh = open_session(room, samples=1)
+    fresh.set_lights(lights)
+    expected = fresh.render().combined
+    assert np.abs(found - expected).max() <= 1e-5 * expected.max()
+
+
+def test_muted_layers_are_silent_and_kept(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0), 3.0)])
+    both = session.render()
+    session.set_muted({"A"})
+    without = session.render()
+    assert set(without.layers) == {"B", "World"}
+    assert np.array_equal(without.combined[..., :3], without.layers["B"])
+    with counted_draws(session, monkeypatch) as shaded:
+        session.set_muted(())
+        again = session.render()
+    assert shaded == []
+    assert np.array_equal(again.combined, both.combined)
+
+
+def test_lobes_add_up_to_their_layer(gpu_context: None, room: Any) -> None:
+    from addon.relight.session import RelightSession
+
+    geometry, store, view = room
+    session = RelightSession(geometry, cast("Any", store), 2, split_lobes=True)
+    session.set_view(view)
+    session.set_world(World(np.array([0.1, 0.2, 0.3])))
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+    split = session.render()
+    whole = open_session(room)
+    whole.set_world(World(np.array([0.1, 0.2, 0.3])))
+    whole.set_lights([point_light("A", (1, 1, 1.5))])
+    assert set(split.lobes) == {"A"}
+    assert set(split.lobes["A"]) == {"diffuse"}
+    assert np.array_equal(split.lobes["A"]["diffuse"], split.layers["A"])
+    assert np.array_equal(split.combined, whole.render().combined)
+
+
+def test_a_slow_view_is_shown_coarsely_first(gpu_context: None, room: Any) -> None:
+    from addon.glsl.shader import read_texture
+
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+    fine = session.render().combined
+    session._preview_s = 1.0
+    session.set_lights([point_light("A", (1, 0.9, 1.5))])
+    assert session.step()
+    coarse = read_texture(session.draw_combined())
+    session.step()
+    full = read_texture(session.draw_combined())
+    blocks = coarse.reshape(12, 4, 16, 4, 4)
+    assert (blocks == blocks[:, :1, :, :1]).all(axis=(1, 3)).mean() > 0.9
+    # A coarse pixel shows the one in its middle.
+    lit = full[..., 3] > 0.0
+    same = np.abs(coarse[2::4, 2::4] - full[2::4, 2::4])[lit[2::4, 2::4]]
+    assert np.median(same) <= 1e-6
+    assert not np.array_equal(full, fine)
 
 
 def test_nothing_changed_means_no_work(
@@ -228,11 +364,11 @@ def test_steps_end_at_the_render(gpu_context: None, room: Any) -> None:
     pictures = []
     while session.step():
         pictures.append(read_texture(session.draw_combined()))
-    # The centred preview first, then five samples.
-    assert len(pictures) == 6
+    # Of the lamp and of the world: the centred preview first, then five samples.
+    assert len(pictures) == 12
     assert np.array_equal(pictures[-1], session.render().combined)
     # The first picture shows the whole scene already.
-    assert np.abs(pictures[0] - pictures[-1]).mean() < 0.1 * pictures[-1].mean()
+    assert np.abs(pictures[1] - pictures[-1]).mean() < 0.1 * pictures[-1].mean()
 
 
 def test_a_camera_move_equals_a_new_session(gpu_context: None, room: Any) -> None:

@@ -67,7 +67,7 @@ void main()
 {
   radiance = vec4(0.0);
   Surface s;
-  if (!read_surface(ivec2(gl_FragCoord.xy), view.eye, s)) {
+  if (!read_surface(surface_texel(view.stride), view.eye, s)) {
     return;
   }
   vec3 sum = vec3(0.0);

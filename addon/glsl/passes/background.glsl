@@ -2,14 +2,16 @@
  * The world seen directly where there is no surface; and the picture's alpha. */
 void main()
 {
-  ivec2 texel = ivec2(gl_FragCoord.xy);
+  ivec2 texel = ivec2(gl_FragCoord.xy) * background.stride + ivec2(background.stride / 2);
+  texel = min(texel, textureSize(surface_position, 0) - 1);
   if (texelFetch(surface_position, texel, 0).w > 0.0) {
     radiance = vec4(0.0, 0.0, 0.0, background.weight);
     return;
   }
 #ifdef HAS_PICTURE
-  vec3 direction = normalize(background.corner.xyz + gl_FragCoord.x * background.right.xyz +
-                             gl_FragCoord.y * background.up.xyz);
+  vec3 direction = normalize(background.corner.xyz +
+                             (float(texel.x) + 0.5) * background.right.xyz +
+                             (float(texel.y) + 0.5) * background.up.xyz);
   vec3 seen = picture_at(direction);
 #else
   vec3 seen = background.color.rgb;

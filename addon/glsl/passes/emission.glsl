@@ -2,7 +2,7 @@
  * What surfaces send out by themselves. */
 void main()
 {
-  ivec2 texel = ivec2(gl_FragCoord.xy);
+  ivec2 texel = surface_texel(scale.stride);
   radiance = vec4(0.0);
   float material = texelFetch(surface_position, texel, 0).w;
   if (material > 0.0) {

@@ -1,0 +1,154 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws single samples of layers: the surfaces, a light's shadow, and the pass that shades."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..corrmap.geometry_buffer import GeometryBuffer
+from ..corrmap.pixel_filter import pixel_offsets
+from ..corrmap.surface_buffer import SurfaceBuffer
+from ..corrmap.surface_sampler import SurfaceSampler
+from ..glsl.shader import read_texture
+from ..scene.light import Light
+from ..scene.view import View
+from .albedo_pass import AlbedoTextures
+from .layer_stack import LightLayer
+from .light_contact import touches_surface
+from .light_edit import layer_tint
+from .light_pass import LightPass, lobe_parts
+from .light_sample import LightSample, light_sample
+from .shadow_cache import ShadowCache
+from .shadow_frustum import ShadowSettings
+from .shadow_pass import ShadowMap, ShadowPass
+from .surface_pass import EmissionPass
+from .world_pass import AmbientPass, BackgroundPass, WorldTextures
+
+# Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
+_RECEIVER_STRIDE = 4
+
+
+class LayerDrawing:
+    """The passes behind the layers, and what they keep between samples.
+
+    Args:
+        sampler: gives the surfaces of the view.
+        shadows: how fine shadow maps are.
+        has_emission: whether surfaces may glow.
+        split: whether lights' layers are split by the kinds of lobes.
+    """
+
+    def __init__(
+        self,
+        sampler: SurfaceSampler,
+        shadows: ShadowSettings,
+        *,
+        has_emission: bool,
+        split: bool,
+    ) -> None:
+        self._sampler = sampler
+        self._settings = shadows
+        self._touching: dict[str, bool] = {}
+        self._pass: ShadowPass | None = None
+        self._geometry: GeometryBuffer | None = None
+        self._shadows = ShadowCache()
+        self._receivers: NDArray[np.float64] | None = None
+        tables = AlbedoTextures()
+        layout = sampler.layout
+        self._light_pass = LightPass(tables, layout, split=split)
+        self._ambient_pass = AmbientPass(tables, layout)
+        self._background_pass = BackgroundPass()
+        self._emission_pass = EmissionPass(layout) if has_emission else None
+        self.parts = lobe_parts(layout) if split else ()
+
+    # What changed -------------------------------------------------------------------------
+
+    def forget_shadows(self, light: str) -> None:
+        """A light moved, changed its extent, or what it shines on moved."""
+        self._shadows.drop(light)
+        self._touching.pop(light, None)
+
+    def forget_surfaces(self) -> None:
+        """The view sees other surfaces."""
+        self._receivers = None
+        if self._sampler.geometry_buffer is not self._geometry:
+            self._geometry = self._sampler.geometry_buffer
+            self._pass = ShadowPass(self._geometry, self._settings)
+            self._shadows.clear()
+
+    @property
+    def shadow_bytes(self) -> int:
+        """Bytes of the GPU's memory that shadow maps take."""
+        return self._shadows.nbytes
+
+    # Samples ------------------------------------------------------------------------------
+
+    def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
+        """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
+        sample = self._light_sample(light, k, count)
+        shadow = None
+        if light.use_shadow:
+            shadow = self._shadows.get(light.name, sample, lambda: self._shadow(light, sample))
+        self._light_pass.draw(
+            self._sampler.sample(k),
+            light,
+            sample,
+            layer.target,
+            shadow=shadow,
+            color=layer_tint(light),
+            stride=stride,
+        )
+
+    def emission(self, layer: LightLayer, k: int, stride: int) -> None:
+        """Add what surfaces send out by themselves."""
+        if self._emission_pass is not None:
+            self._emission_pass.draw(self._sampler.sample(k), layer.target, stride=stride)
+
+    def world(
+        self,
+        world: WorldTextures | None,
+        view: View,
+        layer: LightLayer,
+        k: int,
+        stride: int,
+        *,
+        film_transparent: bool,
+    ) -> None:
+        """Add the world behind the scene, the picture's alpha, and the world's light."""
+        surface = self._sampler.sample(k)
+        x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
+        self._background_pass.draw(
+            surface,
+            world,
+            view,
+            layer.target,
+            offset=(float(x), float(y)),
+            film_transparent=film_transparent,
+            stride=stride,
+        )
+        if world is not None:
+            self._ambient_pass.draw(surface, world, layer.target, stride=stride)
+
+    # Inside -------------------------------------------------------------------------------
+
+    def _shadow(self, light: Light, sample: LightSample) -> ShadowMap:
+        if self._pass is None:
+            raise RuntimeError("set a view before drawing shadows")
+        bounds = self._sampler.geometry.bounds
+        return self._pass.draw(light, sample, bounds, self._visible_receivers())
+
+    def _light_sample(self, light: Light, k: int, count: int) -> LightSample:
+        if light.name not in self._touching:
+            self._touching[light.name] = touches_surface(light, self._sampler.geometry)
+        return light_sample(light, k, count, touching=self._touching[light.name])
+
+    def _visible_receivers(self) -> NDArray[np.float64]:
+        """(N, 3) world-space points that the view sees, for fitting sun shadow maps."""
+        if self._receivers is None:
+            surface: SurfaceBuffer = self._sampler.sample(0)
+            stride = _RECEIVER_STRIDE
+            position = read_texture(surface.position)[::stride, ::stride].reshape(-1, 4)
+            visible = position[position[:, 3] > 0.0, :3].astype(np.float64)
+            self._receivers = visible + surface.origin
+        return self._receivers

@@ -88,7 +88,7 @@ class DistanceRange:
 class Falloff:
     """Light that falls off with another power of the distance than 2.
 
-    The light is multiplied by (|q| / distance)^(2 - exponent), kept within 2^-100 and 2^100.
+    The light is multiplied by (|q| / distance)^(2 - exponent), kept within 2^-80 and 2^80.
     A sun has no falloff, and none of this.
 
     Attributes:
@@ -139,12 +139,12 @@ class Slide:
 class Noise:
     """Uneven light: Blender's Noise Texture in light space.
 
-    The light is multiplied by max(0, 1 + amount (2 n - 1)). n is the Fac of a Noise Texture (3D,
+    The light is multiplied by max(0, 1 + amount (2 n - 1)). n is the Factor of a Noise Texture (3D,
     fBM, normalized, lacunarity 2, no distortion, scale 1) at scale * v + offset, where v is q,
     or projected q / |q|; of a projected sun (q.x, q.y, 0).
 
     Attributes:
-        amount: 0 none, 1 from dark to twice as bright.
+        amount: 0 none, 1 from dark to twice as bright where the noise is at its ends.
         scale: patches per metre (of a projected noise: at one metre before the light).
         detail: octaves beside the first, [0, 15].
         roughness: share of each octave in the one before.
@@ -231,5 +231,8 @@ class LightControls:
     specular: float = 1.0
     ambient: float = 0.0
 
+
+# Blockers that one light may have.
+MOST_BLOCKERS = 32
 
 NEUTRAL = LightControls()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .light import NARROWEST_SPREAD, Light
 from .node_reader import constant_color, constant_value, output_source
+from .written_light import before_controls, is_visible
 
 
 def read_lights(depsgraph: Any) -> tuple[Light, ...]:
@@ -82,8 +83,8 @@ def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]
         size=float(getattr(data, "size", 1.0)),
         size_y=float(getattr(data, "size_y", 1.0)),
         spread=spread,
-        diffuse_factor=float(evaluated.visible_diffuse),
-        specular_factor=float(evaluated.visible_glossy),
+        diffuse_factor=float(is_visible(evaluated, "visible_diffuse")),
+        specular_factor=float(is_visible(evaluated, "visible_glossy")),
         use_shadow=bool(data.use_shadow),
         warnings=tuple(f"light '{name}': {problem}" for problem in problems),
     )
@@ -109,7 +110,7 @@ def _emission(data: Any, problems: list[str]) -> NDArray[np.float64]:
     if node.bl_idname != "ShaderNodeEmission":
         problems.append(unmodelled)
         return np.ones(3)
-    color = constant_color(node.inputs["Color"])
+    color = constant_color(before_controls(node.inputs["Color"]))
     strength = constant_value(node.inputs["Strength"])
     if color is None or strength is None:
         problems.append(unmodelled)

@@ -16,11 +16,14 @@ import numpy as np
 
 from ..caching.channels import CHANNEL_BY_NAME, LOBE_FIELDS, Channel, lobe_channel
 from ..caching.plan import ChannelPlan
-from ..glsl.shader import Samplers
+from ..glsl.shader import Samplers, source
 
 # Textures that a pass reads beside the surfaces' values: position, normal, material table, three
 # albedo tables, and two of the world.
 OTHER_TEXTURES = 8
+
+# Rows of the material table that one edit takes; see surface_edit.glsl.
+EDIT_ROWS = 3
 
 # Fields of the struct Lobe in addon/glsl/lib/surface.glsl, by the channel table's names.
 _GLSL_FIELDS = {
@@ -35,9 +38,16 @@ _GLSL_FIELDS = {
 
 @dataclass(frozen=True)
 class SurfaceLayout:
-    """Where the channels of a plan lie in a `SurfaceBuffer` and in the material table."""
+    """Where the channels of a plan lie in a `SurfaceBuffer` and in the material table.
+
+    Attributes:
+        plan: of the cache.
+        edit_row: first row of the material table with what is edited about each material; None
+            where nothing is, and shaders know of no edits.
+    """
 
     plan: ChannelPlan
+    edit_row: int | None = None
 
     @cached_property
     def values(self) -> tuple[tuple[str, int], ...]:
@@ -148,7 +158,12 @@ class SurfaceLayout:
 
     def read_glsl(self) -> str:
         """`unpack_surface`, which surface.glsl declares."""
-        lines = ["void unpack_surface(ivec2 texel, int column, inout Surface surface)", "{"]
+        library = "" if self.edit_row is None else source("lib/surface_edit.glsl")
+        lines = [
+            library,
+            "void unpack_surface(ivec2 texel, int column, inout Surface surface)",
+            "{",
+        ]
         lines += [
             f"  vec4 v{i} = texelFetch({name}, texel, 0);"
             for i, name in enumerate(self.value_names)
@@ -163,6 +178,8 @@ class SurfaceLayout:
                 channel = CHANNEL_BY_NAME[lobe_channel(field, lobe + 1)]
                 target = _GLSL_FIELDS.get(field, field)
                 lines.append(f"  surface.lobes[{lobe}].{target} = {self._value(channel)};")
+        if self.edit_row is not None:
+            lines.append(f"  edit_surface(surface, read_edit(column, {self.edit_row}));")
         return "\n".join([*lines, "}", ""])
 
     def _value(self, channel: Channel) -> str:

@@ -12,6 +12,7 @@ from ..caching.framebuffer import DeepFramebuffer
 from ..caching.plan import ChannelPlan
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
+from ..scene.surface_edit import NO_EDITS, SurfaceEdits
 from ..scene.view import View
 from .correspondence import (
     CorrespondenceMap,
@@ -23,6 +24,7 @@ from .correspondence import (
 from .geometry_buffer import GeometryBuffer
 from .pixel_filter import pixel_offsets
 from .surface_buffer import SurfaceBuffer
+from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
 from .tile_pages import CACHE_BUDGET, TilePages, upload_tiles
 from .visible_surface import VisibleSurfacePass
@@ -70,12 +72,16 @@ class SurfaceSampler:
         self._samples: dict[int, SurfaceBuffer] = {}
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
+        self._edits = NO_EDITS
+        self._edit_table: SurfaceEditTable | None = None
+        self._material_table = self._pages.material_table
+        self._layout = self._pages.surface_layout
         self.set_geometry(geometry)
 
     @property
     def layout(self) -> SurfaceLayout:
-        """How the surfaces hold the plan's channels."""
-        return self._pages.surface_layout
+        """How the surfaces hold the plan's channels; another one once surfaces are edited."""
+        return self._layout
 
     @property
     def pages(self) -> TilePages:
@@ -123,6 +129,27 @@ class SurfaceSampler:
         self._view = None
         self._forget()
 
+    def set_edits(self, edits: SurfaceEdits) -> bool:
+        """Change surfaces as the edits say; False when they are what they were.
+
+        The samples are kept: what is edited is edited where it is read. Without an edit that
+        changes anything, `layout` and all that is made from it are as if there were none.
+        """
+        if edits == self._edits:
+            return False
+        self._edits = edits
+        if edits.is_neutral:
+            self._material_table = self._pages.material_table
+            self._layout = self._pages.surface_layout
+            return True
+        if self._edit_table is None:
+            self._edit_table = SurfaceEditTable(
+                self._plan.material_names, self._pages.material_table
+            )
+        self._material_table = self._edit_table.texture(edits)
+        self._layout = replace(self._pages.surface_layout, edit_row=self._edit_table.edit_row)
+        return True
+
     def set_view(self, view: View) -> bool:
         """Look from another camera; False when it is the same one."""
         if self._view is not None and _same_view(self._view, view):
@@ -141,10 +168,17 @@ class SurfaceSampler:
         """
         if self._view is None:
             raise RuntimeError("set a view before sampling it")
-        if index in self._samples:
-            return self._samples[index]
-        x, y = pixel_offsets(self._view.pixel_filter, 1, first=index)[0]
-        visible = self._visible_pass.draw(self._view, (float(x), float(y)))
+        surface = self._samples.get(index)
+        if surface is None:
+            surface = self._gathered(index, self._view)
+        if self._layout is self._pages.surface_layout:
+            return surface
+        return replace(surface, material_table=self._material_table, layout=self._layout)
+
+    def _gathered(self, index: int, view: View) -> SurfaceBuffer:
+        """A sample as the cache has it, kept if there is room."""
+        x, y = pixel_offsets(view.pixel_filter, 1, first=index)[0]
+        visible = self._visible_pass.draw(view, (float(x), float(y)))
         correspondence = self._correspondence_pass.draw(visible)
         if self._pages.is_paged:
             self._pages.bring(correspondence.read())
@@ -153,7 +187,7 @@ class SurfaceSampler:
             self._correspondence = correspondence
         # Position, geometric normal, values, and the correspondence map once.
         textures = 3 + self.layout.texture_count
-        pixels = self._view.width * self._view.height * len(self._samples)
+        pixels = view.width * view.height * len(self._samples)
         kept = pixels * textures * _BYTES_PER_RGBA32F
         if kept < self._memory_budget:
             self._samples[index] = surface

@@ -13,6 +13,7 @@ GEOMETRY = "geometry"
 CACHE = "cache"
 VIEW = "view"
 SAMPLES = "samples"
+SURFACE_EDITS = "surface edits"
 WORLD = "world"
 
 # Passes that every view has.
@@ -67,9 +68,10 @@ def frame_passes(lights: Iterable[LightNode], *, has_emission: bool) -> tuple[Fr
         ),
     ]  # fmt: skip
     layers, colors = [], []
+    seen = ("surfaces", SURFACE_EDITS)
     for light in lights:
         shape, color = light_input(light.name, "shape"), light_input(light.name, "color")
-        inputs = ["surfaces", shape, SAMPLES]
+        inputs = [*seen, shape, SAMPLES]
         if light.casts:
             shadows = f"shadow maps of {light.name}"
             reads = [GEOMETRY, light_input(light.name, "shadow casting")]
@@ -83,11 +85,11 @@ def frame_passes(lights: Iterable[LightNode], *, has_emission: bool) -> tuple[Fr
         layers.append(layer)
         colors.append(color)
     passes.append(
-        FramePass(WORLD_LAYER, ("surfaces", WORLD, VIEW, SAMPLES), ("world's layer",), "sample")
+        FramePass(WORLD_LAYER, (*seen, WORLD, VIEW, SAMPLES), ("world's layer",), "sample")
     )
     layers.append("world's layer")
     if has_emission:
-        passes.append(FramePass(EMISSION_LAYER, ("surfaces", SAMPLES), ("emission",), "sample"))
+        passes.append(FramePass(EMISSION_LAYER, (*seen, SAMPLES), ("emission",), "sample"))
         layers.append("emission")
     passes.append(FramePass(PICTURE, (*layers, *colors), ("picture",)))
     return tuple(passes)

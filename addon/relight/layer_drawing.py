@@ -54,15 +54,22 @@ class LayerDrawing:
         self._geometry: GeometryBuffer | None = None
         self._shadows = ShadowCache()
         self._receivers: NDArray[np.float64] | None = None
-        tables = AlbedoTextures()
+        self._tables = AlbedoTextures()
         layout = sampler.layout
-        self._light_pass = LightPass(tables, layout, split=split)
-        self._ambient_pass = AmbientPass(tables, layout)
+        self._has_emission = has_emission
+        self._light_pass = LightPass(self._tables, layout, split=split)
         self._background_pass = BackgroundPass()
-        self._emission_pass = EmissionPass(layout) if has_emission else None
+        self.follow_layout()
         self.parts = lobe_parts(layout) if split else ()
 
     # What changed -------------------------------------------------------------------------
+
+    def follow_layout(self) -> None:
+        """The surfaces may be laid out otherwise: shade them so."""
+        layout = self._sampler.layout
+        self._light_pass.set_layout(layout)
+        self._ambient_pass = AmbientPass(self._tables, layout)
+        self._emission_pass = EmissionPass(layout) if self._has_emission else None
 
     def forget_shadows(self, light: str) -> None:
         """A light moved, changed its extent, or what it shines on moved."""

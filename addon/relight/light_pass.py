@@ -81,6 +81,12 @@ class LightPass:
         self._filters = LightFilters()
         self._programs: dict[_Variant, ShaderProgram] = {}
 
+    def set_layout(self, layout: SurfaceLayout) -> None:
+        """Read surfaces that are laid out otherwise from now on."""
+        if layout != self._layout:
+            self._layout = layout
+            self._programs.clear()
+
     def draw(
         self,
         surface: SurfaceBuffer,

@@ -30,6 +30,7 @@ from ..glsl.shader import Texture, read_texture
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
+from ..scene.surface_edit import SurfaceEdits
 from ..scene.view import View
 from ..scene.world import World
 from .frame_graph import FrameGraph
@@ -37,6 +38,7 @@ from .frame_passes import (
     EMISSION_LAYER,
     GEOMETRY,
     SAMPLES,
+    SURFACE_EDITS,
     SURFACES,
     VIEW,
     WORLD,
@@ -212,6 +214,12 @@ class RelightSession:
         self._world = world
         self._world_textures = WorldTextures.upload(world) if world is not None and lit else None
         self._touch(WORLD)
+
+    def set_surface_edits(self, edits: SurfaceEdits) -> None:
+        """Surfaces were edited: every layer is redone; the view's samples are kept."""
+        if self._sampler.set_edits(edits):
+            self._drawing.follow_layout()
+            self._touch(SURFACE_EDITS)
 
     def set_samples(self, samples: int) -> None:
         """Samples of a finished picture; what was drawn for another number is dropped."""

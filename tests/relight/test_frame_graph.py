@@ -21,6 +21,9 @@ EDITS = {
     light_input("Key", "shape"): {"Light Key", "Picture"},
     light_input("Key", "shadow casting"): {"Shadows of Key", "Light Key", "Picture"},
     light_input("Fill", "shadow casting"): set(),
+    "surface edits": {
+        "Light Key", "Light Sun", "Light Fill", "World", "Emission", "Picture",
+    },
     "cache": {
         "Correspondence map", "Surfaces", "Light Key", "Light Sun", "Light Fill", "World",
         "Emission", "Picture",
@@ -71,7 +74,7 @@ def test_a_light_that_stops_casting_is_drawn_again() -> None:
 def test_inputs_are_what_nobody_makes() -> None:
     graph = clean_graph(FILL)
     assert graph.inputs == (
-        "geometry", "view", "cache", "Fill: shape", "samples", "world", "Fill: color",
+        "geometry", "view", "cache", "surface edits", "Fill: shape", "samples", "world", "Fill: color",
     )  # fmt: skip
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -59,6 +59,33 @@ def read_scene(scene: Any) -> SceneArrays:
     return with_render_depsgraph(scene, read)
 
 
+def mixed(arrays: SceneArrays, solo: Sequence[str], mute: Sequence[str]) -> SceneArrays:
+    """The scene with some lights alone, or without some.
+
+    Args:
+        arrays: the scene; what its own lights say of solo and mute counts where `solo` is empty.
+        solo: names of lights.
+        mute: names of lights.
+
+    Raises:
+        InputError: a name is none of the lights that shine.
+    """
+    known = [light.name for light in arrays.lights]
+    for name in (*solo, *mute):
+        if name not in known:
+            some = ", ".join(known) or "none"
+            raise InputError(f"there is no light '{name}' that shines; those are: {some}")
+    lights = tuple(
+        replace(
+            light,
+            solo=light.name in solo if solo else light.solo,
+            mute=light.mute or light.name in mute,
+        )
+        for light in arrays.lights
+    )
+    return replace(arrays, lights=lights)
+
+
 def read_lights_again(scene: Any) -> tuple[Light, ...]:
     """The lights alone, after an edit."""
     from addon.scene.depsgraph_reader import with_render_depsgraph
@@ -105,7 +132,12 @@ def require_light(scene: Any, arrays: SceneArrays) -> None:
 
 
 def open_session(
-    arrays: SceneArrays, cache: Path, samples: int, progress: Progress = silent
+    arrays: SceneArrays,
+    cache: Path,
+    samples: int,
+    progress: Progress = silent,
+    *,
+    split_lobes: bool = False,
 ) -> RelightSession:
     """A session on a scene's cache, with the scene's lights and world.
 
@@ -114,6 +146,7 @@ def open_session(
         cache: the cache's folder.
         samples: of a finished picture's pixel.
         progress: is told how far loading the cache is.
+        split_lobes: see `RelightSession`.
 
     Raises:
         InputError: there is no such cache, it is damaged, it was baked from another scene or not
@@ -126,7 +159,9 @@ def open_session(
 
     store = check_cache(arrays.geometry, cache, arrays.frame)
     open_gpu()
-    session = RelightSession(arrays.geometry, store, samples, progress=progress)
+    session = RelightSession(
+        arrays.geometry, store, samples, split_lobes=split_lobes, progress=progress
+    )
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     return session

@@ -52,9 +52,7 @@ def changed_parts(before: Light, after: Light) -> tuple[Part, ...]:
 
 def _shape(light: Light) -> Light:
     """The light without what only scales its layer."""
-    return replace(
-        light, energy=1.0, color=layer_tint(light), exposure=0.0, normalize=True, warnings=()
-    )
+    return replace(_unmixed(light), color=layer_tint(light))
 
 
 def _caster(light: Light) -> Light:
@@ -62,15 +60,24 @@ def _caster(light: Light) -> Light:
     shadow = light.controls.shadow
     kept = ShadowControls(softness=shadow.softness, offset=shadow.offset)
     return replace(
-        light,
-        energy=1.0,
-        color=np.ones(3),
-        exposure=0.0,
-        normalize=True,
-        warnings=(),
+        _unmixed(light),
         spot_blend=0.0,
         spread=float(np.pi),
         diffuse_factor=1.0,
         specular_factor=1.0,
         controls=replace(NEUTRAL, shadow=kept),
+    )
+
+
+def _unmixed(light: Light) -> Light:
+    """The light without what counts when layers are summed."""
+    return replace(
+        light,
+        energy=1.0,
+        color=np.ones(3),
+        exposure=0.0,
+        normalize=True,
+        mute=False,
+        solo=False,
+        warnings=(),
     )

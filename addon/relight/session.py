@@ -136,7 +136,7 @@ class RelightSession:
         )
         self._lights: dict[str, Light] = {}
         self._light_of_layer: dict[str, str] = {}
-        self._muted: frozenset[str] = frozenset()
+        self._muted: set[str] = set()
         self._edited: tuple[str, ...] = ()
         self._world: World | None = None
         self._world_textures: WorldTextures | None = None
@@ -174,7 +174,7 @@ class RelightSession:
             if name in new:
                 parts = changed_parts(light, new[name])
                 touched += [light_input(name, part) for part in parts]
-                if not parts:
+                if not parts and (light.mute, light.solo) == (new[name].mute, new[name].solo):
                     # The same object again: what was made for it serves on.
                     new[name] = light
         edited = {name.rpartition(": ")[0] for name in touched} | (set(new) - set(self._lights))
@@ -192,14 +192,14 @@ class RelightSession:
         if edited:
             self._edited = tuple(layer_pass(name) for name in new if name in edited)
 
-    def set_muted(
-        self, lights: Collection[str], *, world: bool = False, emission: bool = False
-    ) -> None:
-        """Leave layers out of the picture; they are kept, and refined only when they are back."""
-        muted = {layer_pass(name) for name in lights}
-        muted |= {WORLD_LAYER} if world else set()
-        muted |= {EMISSION_LAYER} if emission else set()
-        self._muted = frozenset(muted)
+    def set_muted(self, *, world: bool, emission: bool) -> None:
+        """Leave the world's or the emission's layer out; lights say it of themselves.
+
+        What is muted is kept, and refined only when it is back.
+        """
+        self._muted = {
+            name for name, mute in ((WORLD_LAYER, world), (EMISSION_LAYER, emission)) if mute
+        }
 
     def set_world(self, world: World | None) -> None:
         """The world was edited; None for a black one.
@@ -233,7 +233,7 @@ class RelightSession:
     def samples_done(self) -> int:
         """Samples of the refined picture that every layer has."""
         self._require_layers()
-        done = self._refined.next_sample(self._audible())
+        done = self._refined.next_sample(self._wanted())
         return self._refined.count if done is None else done
 
     def step(self) -> bool:
@@ -245,7 +245,7 @@ class RelightSession:
         self._require_layers()
         for stack in (self._coarse, self._preview, self._refined):
             start = time.perf_counter()
-            name = stack.advance(self._audible(), self._drawer(stack), self._edited)
+            name = stack.advance(self._wanted(), self._drawer(stack), self._edited)
             if name is None:
                 continue
             _finish(stack[name])
@@ -266,7 +266,7 @@ class RelightSession:
             Cancelled: raised by `progress`; what was drawn is kept.
         """
         self._require_layers()
-        names, count = self._audible(), self._refined.count
+        names, count = self._wanted(), self._refined.count
         while (k := self._refined.next_sample(names)) is not None:
             done = sum(self._refined[name].samples for name in names)
             progress(done / (count * len(names)), f"Sample {k + 1} of {count}")
@@ -274,7 +274,7 @@ class RelightSession:
             if drawn is not None and self._is_complete(drawn):
                 self._graph.clean(drawn)
         progress(1.0, f"{count} samples")
-        layers = {name: self._read_layer(name) for name in names}
+        layers = {name: self._read_layer(name) for name in self._audible()}
         return Picture(
             combined=read_texture(self._draw_mix(keep=False)),
             layers={
@@ -367,7 +367,16 @@ class RelightSession:
         return [*names, EMISSION_LAYER] if self._has_emission else names
 
     def _audible(self) -> list[str]:
-        return [name for name in self._layer_names() if name not in self._muted]
+        """The layers that are in the picture."""
+        lights = {layer: self._lights[name] for layer, name in self._light_of_layer.items()}
+        if any(light.solo for light in lights.values()):
+            return [layer for layer, light in lights.items() if light.solo]
+        silent = {layer for layer, light in lights.items() if light.mute} | self._muted
+        return [name for name in self._layer_names() if name not in silent]
+
+    def _wanted(self) -> list[str]:
+        """The layers to draw: those in the picture, and the world's, which holds its alpha."""
+        return list(dict.fromkeys([*self._audible(), WORLD_LAYER]))
 
     def _require_layers(self) -> None:
         """Make the layers exist that are wanted: rough ones only where nothing better is."""
@@ -394,11 +403,13 @@ class RelightSession:
     def _draw_mix(self, *, keep: bool) -> Texture:
         view = self._required_view()
         parts = {}
-        for name in self._audible():
+        audible = self._audible()
+        for name in self._wanted():
             shown = self._shown(name)
             if shown is not None:
                 stack, layer = shown
-                red, green, blue = (float(v) for v in self._scale(name) / layer.samples)
+                scale = self._scale(name) if name in audible else np.zeros(3)
+                red, green, blue = (float(v) for v in scale / layer.samples)
                 parts[name] = MixPart(
                     layer.textures,
                     (red, green, blue, 1.0 / layer.samples),

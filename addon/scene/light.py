@@ -55,6 +55,8 @@ class Light:
             control but the light's ray visibility, so a light as read from Blender has 0 or 1.
         use_shadow: whether it casts shadows.
         controls: what shapes it beyond Blender's attributes.
+        mute: whether its layer is left out of the picture.
+        solo: whether only its layer, and others with solo, are in the picture.
         warnings: one sentence for each thing about it that is not modelled.
     """
 
@@ -78,6 +80,8 @@ class Light:
     specular_factor: float = 1.0
     use_shadow: bool = True
     controls: LightControls = NEUTRAL
+    mute: bool = False
+    solo: bool = False
     warnings: tuple[str, ...] = ()
 
     @property

@@ -61,6 +61,7 @@ def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]
     if data.use_temperature:
         color *= np.array(data.temperature_color, dtype=np.float64)
     spread = _spread(data, problems)
+    mute, solo = _mix(evaluated.original)
     linking = getattr(evaluated.original, "light_linking", None)
     if linking is not None and (linking.receiver_collection or linking.blocker_collection):
         problems.append("light linking is not modelled; it lights and is shadowed by all")
@@ -86,8 +87,22 @@ def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]
         diffuse_factor=float(is_visible(evaluated, "visible_diffuse")),
         specular_factor=float(is_visible(evaluated, "visible_glossy")),
         use_shadow=bool(data.use_shadow),
+        mute=mute,
+        solo=solo,
         warnings=tuple(f"light '{name}': {problem}" for problem in problems),
     )
+
+
+def _mix(light: Any) -> tuple[bool, bool]:
+    """Whether a light object is mute, and whether solo.
+
+    Also where the extension's properties are not registered, as on the command line.
+    """
+    if hasattr(light, "relume"):
+        return bool(light.relume.mute), bool(light.relume.solo)
+    kept = light.bl_system_properties_get()
+    group = (None if kept is None else kept.get("relume")) or {}
+    return bool(group.get("mute", False)), bool(group.get("solo", False))
 
 
 def _spread(data: Any, problems: list[str]) -> float:

@@ -8,9 +8,9 @@ file, selection, undo history and render settings are never touched.
 
 from __future__ import annotations
 
-from . import camera_watch, engine, operators, panels, properties
+from . import camera_watch, engine, frame_panel, light_mixer, operators, panels, properties
 
-_MODULES = (properties, operators, engine, panels, camera_watch)
+_MODULES = (properties, operators, engine, panels, light_mixer, frame_panel, camera_watch)
 
 
 def register() -> None:

@@ -3,17 +3,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import bpy
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..progress import Cancelled
 from ..scene.view import View
 from ..scene.view_reader import find_camera, read_view
 from . import compatible_panels
+from .light_passes import Pixels, add_up, light_passes
 from .unbaked_picture import draw_unbaked
 from .viewport import Viewport
 
@@ -41,16 +42,23 @@ class RelumeEngine(bpy.types.RenderEngine):
             self._refuse(error)
             return
         try:
-            pixels = self._relight(depsgraph, view)
+            passes = self._relight(depsgraph, view)
         except InputError as error:
             self._refuse(error)
-            pixels = draw_unbaked(depsgraph, view)
+            passes = {"Combined": draw_unbaked(depsgraph, view)}
         except Cancelled:
             return
-        self._deliver(scene, pixels)
+        self._deliver(scene, passes)
 
-    def _relight(self, depsgraph: Any, view: View) -> NDArray[np.float32]:
-        """(H, W, 4) float32, scene-linear, premultiplied, row 0 at the bottom."""
+    def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
+        """Tell the compositor which passes there are."""
+        self.register_pass(scene, renderlayer, "Combined", 4, "RGBA", "COLOR")
+        if scene is not None and scene.relume.light_passes:
+            for name in light_passes(scene).values():
+                self.register_pass(scene, renderlayer, name, 3, "RGB", "COLOR")
+
+    def _relight(self, depsgraph: Any, view: View) -> dict[str, Pixels]:
+        """Every pass, (H, W, channels) float32, scene-linear, row 0 at the bottom."""
         # Imported late: it takes scipy along, which would slow down every start of Blender.
         from .scene_session import SceneSession
 
@@ -63,7 +71,10 @@ class RelumeEngine(bpy.types.RenderEngine):
             self.report({"WARNING"}, f"Relume: {sentence}")
         for warning in opened.warnings:
             self.report({"INFO"}, f"Relume: {warning}")
-        return picture.combined
+        passes = {"Combined": picture.combined}
+        if depsgraph.scene.relume.light_passes:
+            passes |= add_up(picture.layers, light_passes(depsgraph.scene))
+        return passes
 
     def _progress(self, fraction: float, message: str) -> None:
         if self.test_break():
@@ -76,19 +87,22 @@ class RelumeEngine(bpy.types.RenderEngine):
         self.update_stats("", f"Relume: {error}")
         self.report({"ERROR"}, f"Relume: {error}")
 
-    def _deliver(self, scene: Any, pixels: NDArray[np.float32]) -> None:
+    def _deliver(self, scene: Any, passes: Mapping[str, Pixels]) -> None:
         """Hand a whole picture to Blender, cut to the render region if one is set."""
-        height, width = pixels.shape[:2]
+        height, width = passes["Combined"].shape[:2]
         left, bottom, right, top = 0, 0, width, height
         if scene.render.use_border:
             border = scene.render
             left, right = int(border.border_min_x * width), int(border.border_max_x * width)
             bottom, top = int(border.border_min_y * height), int(border.border_max_y * height)
-        part = np.ascontiguousarray(pixels[bottom:top, left:right], dtype=np.float32)
         # Blender counts from the region's corner, not from the picture's.
         result = self.begin_result(0, 0, right - left, top - bottom)
         for layer in result.layers:
-            layer.passes["Combined"].rect.foreach_set(part.ravel())
+            for name, pixels in passes.items():
+                target = layer.passes.get(name)
+                if target is not None:
+                    part = np.ascontiguousarray(pixels[bottom:top, left:right], dtype=np.float32)
+                    target.rect.foreach_set(part.ravel())
         self.end_result(result)
 
     def view_update(self, context: Any, depsgraph: Any) -> None:  # noqa: ARG002

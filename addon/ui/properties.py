@@ -180,6 +180,18 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             "keeps those that still serve: what is baked of them stays current",
             default=True,
         ),
+        "active_light": bpy.props.IntProperty(name="Active Light"),
+        "mute_world": bpy.props.BoolProperty(
+            name="Mute World", description="Leave the world's light out of Relume's pictures"
+        ),
+        "mute_emission": bpy.props.BoolProperty(
+            name="Mute Emission",
+            description="Leave what surfaces send out by themselves out of Relume's pictures",
+        ),
+        "light_passes": bpy.props.BoolProperty(
+            name="Light Passes",
+            description="Give the compositor, and multi-layer files, a render pass for each light",
+        ),
         "viewport_samples": bpy.props.IntProperty(
             name="Viewport Samples",
             description="Pictures drawn one after the other and averaged while the view stands "

@@ -68,6 +68,8 @@ class SceneSession:
         if changes.lights:
             lights = read_lights(depsgraph)
             self.session.set_lights(lights)
+            mix = depsgraph.scene.relume
+            self.session.set_muted(world=mix.mute_world, emission=mix.mute_emission)
             self._warnings["lights"] = tuple(text for light in lights for text in light.warnings)
         if changes.world:
             self._set_world(read_world(depsgraph))

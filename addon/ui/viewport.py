@@ -14,7 +14,7 @@ from ..errors import InputError
 from ..glsl.shader import texture_from_array
 from ..scene.view import View
 from ..scene.view_reader import read_viewport
-from . import job
+from . import job, shown_graph
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key
@@ -123,6 +123,7 @@ class Viewport:
         while unfinished and time.perf_counter() - start < BUSY_S:
             unfinished = opened.session.step()
         self._texture = opened.session.draw_combined()
+        shown_graph.show(opened.session.graph)
         return unfinished
 
     def _draw_unbaked(self, depsgraph: Any, view: View) -> None:

@@ -283,17 +283,31 @@ def test_muted_layers_are_silent_and_kept(
     gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = open_session(room)
-    session.set_lights([point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0), 3.0)])
-    both = session.render()
-    session.set_muted({"A"})
-    without = session.render()
-    assert set(without.layers) == {"B", "World"}
-    assert np.array_equal(without.combined[..., :3], without.layers["B"])
+    a, b = point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0), 3.0)
+    session.set_lights([a, b])
+    session.set_world(World(np.array([0.1, 0.2, 0.3])))
+    every = session.render()
+    expected = {
+        "A mute": ([replace(a, mute=True), b], False, {"B", "World"}),
+        "B solo": ([a, replace(b, solo=True)], False, {"B"}),
+        "solo beats mute": ([replace(a, mute=True, solo=True), b], False, {"A"}),
+        "world mute": ([a, b], True, {"A", "B"}),
+    }
     with counted_draws(session, monkeypatch) as shaded:
-        session.set_muted(())
+        for what, (lights, world, names) in expected.items():
+            session.set_lights(lights)
+            session.set_muted(world=world, emission=False)
+            found = session.render()
+            assert set(found.layers) == names, what
+            total = np.sum([every.layers[name] for name in names], axis=0, dtype=np.float64)
+            assert np.abs(found.combined[..., :3] - total).max() < 1e-6, what
+            # What is opaque stays so.
+            assert np.array_equal(found.combined[..., 3], every.combined[..., 3]), what
+        session.set_lights([a, b])
+        session.set_muted(world=False, emission=False)
         again = session.render()
     assert shaded == []
-    assert np.array_equal(again.combined, both.combined)
+    assert np.array_equal(again.combined, every.combined)
 
 
 def test_lobes_add_up_to_their_layer(gpu_context: None, room: Any) -> None:

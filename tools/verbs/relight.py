@@ -6,9 +6,10 @@ from __future__ import annotations
 import argparse
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from addon.bake_arguments import add_cache
 from addon.errors import InputError
@@ -17,6 +18,9 @@ from addon.writable import require_file
 
 from ..unique_names import unique_names
 from . import arguments
+
+if TYPE_CHECKING:
+    from addon.relight.session import Picture
 
 NAME = "relight"
 HELP = "Relight a camera's view of SCENE.blend from its cache, and write it as PNG or EXR."
@@ -33,6 +37,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--camera", metavar="NAME", help="default: the scene's active camera")
     parser.add_argument(
         "--lights", type=Path, metavar="EDITS.json", help="changes to the lights, by their names"
+    )
+    parser.add_argument(
+        "--lobes", action="store_true",
+        help="in an .exr: for each light also a layer for each kind of lobe, as Key.diffuse",
+    )  # fmt: skip
+    parser.add_argument(
+        "--solo", nargs="+", metavar="LIGHT", default=[], help="show only these lights"
+    )
+    parser.add_argument(
+        "--mute", nargs="+", metavar="LIGHT", default=[], help="leave these lights out"
     )
     arguments.add_view(parser)
 
@@ -53,6 +67,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..picture_file import write_exr
     from ..relit import (
         cache_approximations,
+        mixed,
         open_session,
         read_scene,
         read_views,
@@ -66,11 +81,17 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         scene.frame_set(args.frame)
     progress(0.05, "reading the scene")
     with applied_edits(scene, edits):
-        arrays = read_scene(scene)
+        arrays = mixed(read_scene(scene), args.solo, args.mute)
         view = read_views(scene, [args.camera], args.size)[0]
     require_light(scene, arrays)
     progress(0.15, f"loading {args.cache}")
-    session = open_session(arrays, args.cache, args.samples, part_of(progress, 0.15, 0.4))
+    session = open_session(
+        arrays,
+        args.cache,
+        args.samples,
+        part_of(progress, 0.15, 0.4),
+        split_lobes=args.lobes and suffix == ".exr",
+    )
     session.set_view(view)
     started = time.monotonic()
     picture = session.render(part_of(progress, 0.4, 0.95))
@@ -79,14 +100,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     if suffix == ".png":
         write_display_png(scene, picture.combined, args.out)
     else:
-        # A dot parts a layer from its channel, so that a layer's own name has none.
-        exr_names = unique_names(name.replace(".", "_") for name in picture.layers)
-        extra = {
-            f"{exr_name}.{channel}": np.ascontiguousarray(layer[..., i])
-            for exr_name, layer in zip(exr_names, picture.layers.values(), strict=True)
-            for i, channel in enumerate("RGB")
-        }
-        write_exr(args.out, picture.combined, extra)
+        write_exr(args.out, picture.combined, _layers(picture))
     progress(1.0, f"wrote {args.out}")
     return {
         "image": str(args.out),
@@ -100,6 +114,22 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "open_fraction": picture.coverage.open_fraction,
         "seconds_relight": round(seconds, 3),
         "warnings": [*arrays.warnings, *session.warnings, *cache_approximations(args.cache)],
+    }
+
+
+def _layers(picture: Picture) -> dict[str, NDArray[np.float32]]:
+    """The channels of a picture's layers, as "Key.R" and "Key.diffuse.R"."""
+    # A dot parts a layer from its channel, so that a layer's own name has none.
+    exr_names = unique_names(name.replace(".", "_") for name in picture.layers)
+    layers: dict[str, NDArray[np.float32]] = {}
+    for exr_name, (name, layer) in zip(exr_names, picture.layers.items(), strict=True):
+        layers[exr_name] = layer
+        for lobe, part in picture.lobes.get(name, {}).items():
+            layers[f"{exr_name}.{lobe}"] = part
+    return {
+        f"{name}.{channel}": np.ascontiguousarray(pixels[..., i])
+        for name, pixels in layers.items()
+        for i, channel in enumerate("RGB")
     }
 
 

@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Solo, mute, and a render pass for each light."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import bpy
+import numpy as np
+import OpenEXR
+import pytest
+
+from addon.scene.depsgraph_reader import with_render_depsgraph
+from addon.scene.light_reader import read_lights
+from addon.ui.frame_panel import lines
+from addon.ui.light_passes import add_up, light_passes
+from tests.ui.test_engine import baked, f12, scene  # noqa: F401 - the fixture
+
+
+def add_lamp(name: str, location: tuple[float, float, float]) -> Any:
+    data = bpy.data.lights.new(name, "POINT")
+    data.energy = 200.0
+    lamp = bpy.data.objects.new(name, data)
+    lamp.location = location
+    bpy.context.scene.collection.objects.link(lamp)
+    return lamp
+
+
+def test_solo_and_mute_are_read(extension: None) -> None:
+    lamp = add_lamp("Rim", (0.0, 3.0, 2.0))
+    lamp.relume.solo = True
+    bpy.data.objects["Light"].relume.mute = True
+    lights = with_render_depsgraph(bpy.context.scene, read_lights)
+    assert {light.name: (light.mute, light.solo) for light in lights} == {
+        "Light": (True, False),
+        "Rim": (False, True),
+    }
+
+
+def test_solo_and_mute_are_read_without_the_extension(tmp_path: Path) -> None:
+    import addon
+
+    bpy.ops.wm.read_factory_settings()
+    addon.register()
+    bpy.data.objects["Light"].relume.mute = True
+    path = str(tmp_path / "scene.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=path)
+    addon.unregister()
+    bpy.ops.wm.open_mainfile(filepath=path)
+    (light,) = with_render_depsgraph(bpy.context.scene, read_lights)
+    assert (light.mute, light.solo) == (True, False)
+
+
+def test_muted_lights_are_not_in_a_render(scene: Any) -> None:  # noqa: F811
+    baked(scene)
+    add_lamp("Rim", (0.0, 3.0, 2.0))
+    both = f12(scene)[..., :3]
+    bpy.data.objects["Rim"].relume.mute = True
+    without = f12(scene)[..., :3]
+    bpy.data.objects["Rim"].relume.mute = False
+    bpy.data.objects["Rim"].relume.solo = True
+    alone = f12(scene)[..., :3]
+    scene.relume.mute_world = True
+    bpy.data.objects["Rim"].relume.solo = False
+    dark = f12(scene)[..., :3]
+    world = both - dark
+    assert world.max() > 0.01
+    # The world goes with solo, and stays with mute.
+    assert np.abs(without + alone - both).max() < 1e-5
+    assert np.abs(alone - (both - without)).max() < 1e-5
+    assert alone.max() > 0.01
+
+
+def test_each_light_has_a_render_pass(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    baked(scene)
+    add_lamp("Rim", (0.0, 3.0, 2.0))
+    scene.relume.light_passes = True
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.filepath = str(tmp_path / "layers.exr")
+    bpy.ops.render.render(write_still=True)
+    with OpenEXR.File(scene.render.filepath, separate_channels=True) as exr:
+        channels = {
+            name: np.asarray(channel.pixels)
+            for part in exr.parts
+            for name, channel in part.channels.items()
+        }
+    passes = {"Light Light", "Light Rim", "Light of World"}
+    found = {name.split(".")[-2] for name in channels}
+    assert passes <= found
+    layer = scene.view_layers[0].name
+    total = sum(channels[f"{layer}.{name}.G"] for name in passes)
+    combined = channels[f"{layer}.Combined.G"]
+    # Sums of float32 numbers of order one, in another order.
+    assert np.abs(total - combined).max() < 1e-5
+    assert channels[f"{layer}.Light Rim.G"].max() > 0.01
+
+
+def test_names_of_passes_fit_and_differ(extension: None) -> None:
+    long = "Ä" * 31
+    for name in (long, long + "b", "World"):
+        add_lamp(name, (0.0, 0.0, 3.0))
+    passes = light_passes(bpy.context.scene)
+    assert set(passes) >= {"Light", "World", "World (scene)", "Emission"}
+    assert len(set(passes.values())) == len(passes)
+    assert all(len(name.encode()) <= 63 for name in passes.values())
+
+
+def test_instances_are_in_their_lights_pass() -> None:
+    ones = np.ones((1, 1, 3), dtype=np.float32)
+    layers = {"Bulb": ones, "Post/Bulb": 2 * ones, "Post/Bulb #2": 4 * ones, "World": 8 * ones}
+    sums = add_up(layers, {"Bulb": "Light Bulb", "World": "Light of World"})
+    assert {name: float(pixels[0, 0, 0]) for name, pixels in sums.items()} == {
+        "Light Bulb": 7.0,
+        "Light of World": 8.0,
+    }
+
+
+@pytest.mark.usefixtures("extension")
+def test_the_panel_lists_every_pass() -> None:
+    from addon.relight.frame_graph import FrameGraph
+    from addon.relight.frame_passes import LightNode, frame_passes
+
+    graph = FrameGraph(frame_passes([LightNode("Key", True, False)], has_emission=False))
+    graph.ran("Light Key", 0.0123, last=True)
+    rows = {text.partition("  ←")[0]: (icon, took) for icon, text, took in lines(graph)}
+    assert rows["Light Key"] == ("CHECKMARK", "12.3 ms")
+    assert rows["World"] == ("RADIOBUT_ON", "")
+    assert len(rows) == len(graph.passes)

@@ -74,7 +74,8 @@ def test_a_light_that_stops_casting_is_drawn_again() -> None:
 def test_inputs_are_what_nobody_makes() -> None:
     graph = clean_graph(FILL)
     assert graph.inputs == (
-        "geometry", "view", "cache", "surface edits", "Fill: shape", "samples", "world", "Fill: color",
+        "geometry", "view", "cache", "surface edits", "Fill: shape", "samples", "world",
+        "Fill: color",
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from addon.scene.world import World
 
 if TYPE_CHECKING:
     from addon.relight.session import RelightSession
+    from addon.relight.shadow_frustum import ShadowMethod
 
 
 @dataclass(frozen=True)
@@ -138,6 +139,7 @@ def open_session(
     progress: Progress = silent,
     *,
     split_lobes: bool = False,
+    shadows: ShadowMethod = "map",
 ) -> RelightSession:
     """A session on a scene's cache, with the scene's lights and world.
 
@@ -147,12 +149,14 @@ def open_session(
         samples: of a finished picture's pixel.
         progress: is told how far loading the cache is.
         split_lobes: see `RelightSession`.
+        shadows: how they are found.
 
     Raises:
         InputError: there is no such cache, it is damaged, it was baked from another scene or not
             at this frame; or there is no driver to draw with.
     """
     from addon.relight.session import RelightSession
+    from addon.relight.shadow_frustum import ShadowSettings
 
     from .cache_check import check_cache
     from .gpu_context import open_gpu
@@ -160,7 +164,12 @@ def open_session(
     store = check_cache(arrays.geometry, cache, arrays.frame)
     open_gpu()
     session = RelightSession(
-        arrays.geometry, store, samples, split_lobes=split_lobes, progress=progress
+        arrays.geometry,
+        store,
+        samples,
+        ShadowSettings(method=shadows),
+        split_lobes=split_lobes,
+        progress=progress,
     )
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)

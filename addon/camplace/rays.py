@@ -6,13 +6,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from embreex.mesh_construction import TriangleMesh
-from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from ..scene.geometry import SceneGeometry
+from .embree_mesh import EmbreeMesh
 from .mask import Mask
-from .parallel import in_parts
 
 # A ray that starts on a surface starts this many spacings of float32 above it, at the largest
 # coordinate in play: a vertex, the ray's origin and embree's plane test are each off by about
@@ -20,9 +18,6 @@ from .parallel import in_parts
 LIFT_SPACINGS = 16.0
 # Cut-away layers that a ray may pass before it counts as stopped.
 MAX_LAYERS = 8
-# Rays given to one thread at a time: a millisecond's work, beside which handing them over is
-# nothing.
-CHUNK = 4096
 
 
 @dataclass(frozen=True)
@@ -48,8 +43,8 @@ class RayCaster:
         self._mask = Mask(geometry)
         there, away = self._mask.uniform
         mixed = self._mask.masked & ~there & ~away
-        self._solid = _Mesh(geometry, geometry.camera_visible & ~mixed & ~away)
-        self._masked = _Mesh(geometry, geometry.camera_visible & mixed)
+        self._solid = EmbreeMesh(geometry, geometry.camera_visible & ~mixed & ~away)
+        self._masked = EmbreeMesh(geometry, geometry.camera_visible & mixed)
         self._triangles = geometry.triangles
         x, y, z = np.abs(geometry.vertices.T)
         self._reach = np.maximum(np.maximum(x, y), z)
@@ -133,94 +128,3 @@ class RayCaster:
             travelled[active] = reached + self.lift(origins[active], hit)
             active = active[~opaque]
         return triangle, distance
-
-
-class _Mesh:
-    """Some of the geometry's triangles in an embree scene."""
-
-    def __init__(self, geometry: SceneGeometry, chosen: NDArray[np.bool_]) -> None:
-        self._index = np.flatnonzero(chosen).astype(np.int32)
-        self._scene: EmbreeScene | None = None
-        if not self._index.size:
-            return
-        self._scene = EmbreeScene(robust=True)
-        TriangleMesh(self._scene, *_in_use(geometry, self._index))
-        # The first query builds the tree, which must not happen in two threads at once.
-        self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32))
-
-    def __len__(self) -> int:
-        return len(self._index)
-
-    def any_hit(
-        self,
-        origins: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        limit: NDArray[np.float64],
-    ) -> NDArray[np.bool_]:
-        blocked = np.zeros(len(origins), dtype=np.bool_)
-        scene = self._scene
-        if scene is None:
-            return blocked
-
-        def ask(chunk: slice) -> None:
-            answer = scene.run(
-                origins[chunk].astype(np.float32),
-                directions[chunk].astype(np.float32),
-                dists=limit[chunk].astype(np.float32),
-                query="OCCLUDED",
-            )
-            blocked[chunk] = answer >= 0
-
-        in_parts(ask, len(origins), CHUNK)
-        return blocked
-
-    def closest(
-        self,
-        origins: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        limit: NDArray[np.float64] | None,
-    ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
-        """Triangle (R,), distance (R,), and the hit's weights of corners 1 and 2 (R, 2)."""
-        count = len(origins)
-        triangle = np.full(count, -1, dtype=np.int64)
-        distance = np.full(count, np.inf)
-        barycentric = np.zeros((count, 2))
-        far = np.finfo(np.float32).max
-        scene = self._scene
-        if scene is None:
-            return triangle, distance, barycentric
-
-        def ask(chunk: slice) -> None:
-            end = np.full(chunk.stop - chunk.start, far, dtype=np.float32)
-            if limit is not None:
-                end = np.minimum(limit[chunk], far).astype(np.float32)
-            answer = scene.run(
-                origins[chunk].astype(np.float32),
-                directions[chunk].astype(np.float32),
-                dists=end,
-                query="INTERSECT",
-                output=1,
-            )
-            met = answer["primID"] >= 0
-            triangle[chunk] = np.where(met, self._index[answer["primID"]], -1)
-            distance[chunk] = np.where(met, answer["tfar"], np.inf)
-            barycentric[chunk, 0] = answer["u"]
-            barycentric[chunk, 1] = answer["v"]
-
-        in_parts(ask, count, CHUNK)
-        return triangle, distance, barycentric
-
-
-def _in_use(
-    geometry: SceneGeometry, chosen: NDArray[np.int32]
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
-    """The vertices of some triangles, and these triangles as (N, 3) numbers of those."""
-    triangles = geometry.triangles
-    if len(chosen) < len(triangles):
-        triangles = triangles[chosen]
-    used = np.zeros(len(geometry.vertices), dtype=np.bool_)
-    used[triangles.ravel()] = True
-    if used.all():
-        return geometry.vertices.astype(np.float32), triangles
-    number = np.cumsum(used, dtype=np.int32) - np.int32(1)
-    return geometry.vertices[used].astype(np.float32), number[triangles]

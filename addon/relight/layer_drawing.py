@@ -19,10 +19,12 @@ from .light_contact import touches_surface
 from .light_edit import layer_tint
 from .light_pass import LightPass, lobe_parts
 from .light_sample import LightSample, light_sample
+from .shadow import Shadow
 from .shadow_cache import ShadowCache
 from .shadow_frustum import ShadowSettings
 from .shadow_pass import ShadowMap, ShadowPass
 from .surface_pass import EmissionPass
+from .traced_shadow import TracedShadowPass
 from .world_pass import AmbientPass, BackgroundPass, WorldTextures
 
 # Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
@@ -34,7 +36,7 @@ class LayerDrawing:
 
     Args:
         sampler: gives the surfaces of the view.
-        shadows: how fine shadow maps are.
+        shadows: how shadows are found, and how fine their maps are.
         has_emission: whether surfaces may glow.
         split: whether lights' layers are split by the kinds of lobes.
     """
@@ -53,6 +55,7 @@ class LayerDrawing:
         self._pass: ShadowPass | None = None
         self._geometry: GeometryBuffer | None = None
         self._shadows = ShadowCache()
+        self._traced: TracedShadowPass | None = None
         self._receivers: NDArray[np.float64] | None = None
         self._tables = AlbedoTextures()
         layout = sampler.layout
@@ -76,12 +79,20 @@ class LayerDrawing:
         self._shadows.drop(light)
         self._touching.pop(light, None)
 
+    def set_shadows(self, shadows: ShadowSettings) -> None:
+        """Find shadows another way, or draw finer maps."""
+        self._settings = shadows
+        self._shadows.clear()
+        if self._geometry is not None:
+            self._pass = ShadowPass(self._geometry, shadows)
+
     def forget_surfaces(self) -> None:
         """The view sees other surfaces."""
         self._receivers = None
         if self._sampler.geometry_buffer is not self._geometry:
             self._geometry = self._sampler.geometry_buffer
             self._pass = ShadowPass(self._geometry, self._settings)
+            self._traced = None
             self._shadows.clear()
 
     @property
@@ -94,11 +105,16 @@ class LayerDrawing:
     def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
         """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
         sample = self._light_sample(light, k, count)
-        shadow = None
-        if light.use_shadow:
+        surface = self._sampler.sample(k)
+        shadow: Shadow | None = None
+        if light.use_shadow and self._settings.method == "traced":
+            if self._traced is None:
+                self._traced = TracedShadowPass(self._sampler.geometry)
+            shadow = self._traced.draw(surface, light, sample, stride=stride)
+        elif light.use_shadow:
             shadow = self._shadows.get(light.name, sample, lambda: self._shadow(light, sample))
         self._light_pass.draw(
-            self._sampler.sample(k),
+            surface,
             light,
             sample,
             layer.target,
@@ -146,6 +162,8 @@ class LayerDrawing:
         return self._pass.draw(light, sample, bounds, self._visible_receivers())
 
     def _light_sample(self, light: Light, k: int, count: int) -> LightSample:
+        if light.use_shadow and self._settings.method == "traced":
+            return light_sample(light, k, count, per_receiver=True)
         if light.name not in self._touching:
             self._touching[light.name] = touches_surface(light, self._sampler.geometry)
         return light_sample(light, k, count, touching=self._touching[light.name])

@@ -28,7 +28,7 @@ from .light_filter import (
 from .light_filters import LightFilters
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
-from .shadow_pass import SHADOW_BLOCK, SHADOW_SAMPLER, ShadowMap
+from .shadow import Shadow, ShadowKind
 from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
 
 LIGHT_BLOCK = UniformBlock(
@@ -59,7 +59,8 @@ class _Variant:
 
     light_type: str
     has_spread: bool
-    shadowed: bool
+    turns: bool
+    shadow: ShadowKind | None
     filters: FilterKinds
 
 
@@ -94,7 +95,7 @@ class LightPass:
         sample: LightSample,
         target: Any,
         *,
-        shadow: ShadowMap | None,
+        shadow: Shadow | None,
         color: NDArray[np.float64] | None = None,
         weight: float = 1.0,
         stride: int = 1,
@@ -107,7 +108,7 @@ class LightPass:
             sample: its point, from `light_sample`.
             target: framebuffer over the light's layer, RGBA32F; of a pass that splits lobes,
                 over one for each of `parts`. Alpha is left as it is.
-            shadow: that point's shadow map; None lights through everything.
+            shadow: that point's shadow; None lights through everything.
             color: (3,) float64, instead of the light's own intensity, in its units.
             weight: usually 1 / count of the view's samples.
             stride: view pixels along the side of one of the target's.
@@ -116,7 +117,8 @@ class LightPass:
             return
         intensity = light.intensity if color is None else color
         filters = self._filters.of(light)
-        program = self._program(light, shadow is not None, kinds(filters))
+        kind = None if shadow is None else shadow.kind
+        program = self._program(light, sample, kind, kinds(filters))
         textures = surface.textures() | self._tables.textures(self._layout)
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface, stride),
@@ -127,26 +129,34 @@ class LightPass:
                 textures.update(each.textures)
             uniforms["filters"] = filter_uniforms(light, filters, surface.origin)
         if shadow is not None:
-            textures["shadow_map"] = shadow.distance
-            uniforms["shadow"] = shadow.uniforms(surface.origin)
+            textures.update(shadow.textures)
+            uniforms.update(shadow.uniforms(surface.origin))
         add_fullscreen(program, target, textures, uniforms)
 
-    def _program(self, light: Light, shadowed: bool, filters: FilterKinds) -> ShaderProgram:
+    def _program(
+        self, light: Light, sample: LightSample, shadow: ShadowKind | None, filters: FilterKinds
+    ) -> ShaderProgram:
         has_spread = light.type == "AREA" and light.spread < np.pi
-        variant = _Variant(light.type, has_spread, shadowed, filters)
+        variant = _Variant(light.type, has_spread, sample.per_receiver, shadow, filters)
         if variant not in self._programs:
             self._programs[variant] = _describe(variant, self._layout, self._split).build()
         return self._programs[variant]
 
 
+def light_defines(
+    light_type: str, *, has_spread: bool, turns: bool, has_filters: bool
+) -> tuple[tuple[str, str], ...]:
+    """What addon/glsl/lib/light.glsl and the filters are compiled with."""
+    flags = {"HAS_SPREAD": has_spread, "HAS_TURNED_DISK": turns, "HAS_FILTERS": has_filters}
+    return (
+        ("LIGHT_TYPE", str(_TYPE_CODE[light_type])),
+        *((name, "1") for name, on in flags.items() if on),
+    )
+
+
 def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShader:
-    shadowed, filters = variant.shadowed, variant.filters
-    flags = {
-        "HAS_SPREAD": variant.has_spread,
-        "HAS_SHADOW": shadowed,
-        "HAS_FILTERS": bool(filters),
-        "SPLIT_LOBES": split,
-    }
+    shadow, filters = variant.shadow, variant.filters
+    flags = {"HAS_SHADOW": shadow is not None, "SPLIT_LOBES": split}
     return PassShader(
         name=f"light_{variant.light_type.lower()}",
         fragment="light",
@@ -155,7 +165,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             "diffuse",
             *table_library(layout),
             "light",
-            *(("shadow",) if shadowed else ()),
+            *((shadow.library,) if shadow else ()),
             *filter_library(filters),
         ),
         generated=layout.read_glsl() + (filter_glsl(filters) if filters else ""),
@@ -163,17 +173,22 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             VIEW_BLOCK,
             LIGHT_BLOCK,
             *((filter_block(filters),) if filters else ()),
-            *((SHADOW_BLOCK,) if shadowed else ()),
+            *(shadow.blocks if shadow else ()),
         ),
         samplers=(
             *layout.samplers,
             *table_samplers(layout),
             *(sampler for kind in filters for sampler in kind.samplers),
-            *((SHADOW_SAMPLER,) if shadowed else ()),
+            *(shadow.samplers if shadow else ()),
         ),
         outputs=_outputs(layout, split),
         defines=(
-            ("LIGHT_TYPE", str(_TYPE_CODE[variant.light_type])),
+            *light_defines(
+                variant.light_type,
+                has_spread=variant.has_spread,
+                turns=variant.turns,
+                has_filters=bool(filters),
+            ),
             *layout.defines,
             *((name, "1") for name, on in flags.items() if on),
         ),
@@ -204,6 +219,9 @@ def light_uniforms(
     """
     is_sun = light.type == "SUN"
     place = sample.position if is_sun else sample.position - local_origin
+    if sample.per_receiver:
+        # From the centre, on the disk across the axis; the shader turns it.
+        place = sample.facing(light, light.direction[None])[0] - light.position
     light_from_world = np.zeros((3, 4))
     cone = np.zeros(4)
     if light.type == "SPOT":

@@ -15,7 +15,8 @@ the lamp hides the same part of it as in Cycles.
 
 A lamp that touches a surface is another matter: which part of the disk the surface hides then
 depends on the receiver, from which the disk is seen turned. Such a light's sample is a place on
-*every* disk, and `shadow_frustum` turns one for each of a set of directions.
+*every* disk, and `shadow_frustum` turns one for each of a set of directions. Traced shadows
+follow each receiver's own disk, and all lamps are sampled so for them.
 """
 
 from __future__ import annotations
@@ -46,12 +47,15 @@ class LightSample:
         on_disk: (2,) float64, metres: its place on a disk that is turned towards each receiver;
             None where `position` is the same point for all receivers.
         turn: (3,) float64 in [0, 1): which of all rotations the set of disks has.
+        per_receiver: whether each receiver is lit by the point on its own disk, as in Cycles,
+            instead of by `position`. Only a shadow that is traced for each can follow.
     """
 
     position: NDArray[np.float64]
     count: int
     on_disk: NDArray[np.float64] | None = None
     turn: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    per_receiver: bool = False
 
     def is_flat(self, light: Light) -> bool:
         """Whether it lies on a disk through the light's centre and not in a ball about that."""
@@ -66,7 +70,13 @@ class LightSample:
 
 
 def light_sample(
-    light: Light, k: int, count: int, seed: int = 0, *, touching: bool = False
+    light: Light,
+    k: int,
+    count: int,
+    seed: int = 0,
+    *,
+    touching: bool = False,
+    per_receiver: bool = False,
 ) -> LightSample:
     """Point k of `count` on the light; a single sample is the light's centre.
 
@@ -79,9 +89,13 @@ def light_sample(
         count: of how many.
         seed: of the points' offset.
         touching: whether surfaces reach into the ball of a point or spot light's radius.
+        per_receiver: whether each receiver gets its own point of such a light's disk.
     """
-    on_disk = touching and light.has_disk and count > 1
-    if k == count - 1 and count % 2 == 1:
+    has_disk = light.has_disk and count > 1
+    on_disk = has_disk and (touching or per_receiver)
+    per_receiver = has_disk and per_receiver
+    # A disk's middle is brighter than its points are on average, but from afar.
+    if k == count - 1 and count % 2 == 1 and not per_receiver:
         centre = -light.direction if light.type == "SUN" else light.position
         return LightSample(centre, count, np.zeros(2) if on_disk else None)
     key = [seed, zlib.crc32(light.name.encode())]
@@ -92,7 +106,7 @@ def light_sample(
         return LightSample(position, count)
     # Pairs share their turn, so that of each disk both mirrored points are looked from.
     turn = np.random.default_rng([*key, k // 2]).random(3)
-    return LightSample(position, count, _on_lamp(light, u, side), turn)
+    return LightSample(position, count, _on_lamp(light, u, side), turn, per_receiver)
 
 
 def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:

@@ -33,7 +33,7 @@ from ..scene.light import Light
 from ..scene.surface_edit import SurfaceEdits
 from ..scene.view import View
 from ..scene.world import World
-from .frame_graph import FrameGraph
+from .frame_graph import FrameGraph, FramePass
 from .frame_passes import (
     EMISSION_LAYER,
     GEOMETRY,
@@ -100,7 +100,7 @@ class RelightSession:
         geometry: the scene's triangles.
         store: its cache, with at least one finished camera.
         samples: samples in a finished picture.
-        shadows: resolution of the shadow maps.
+        shadows: how shadows are found, and the resolution of their maps.
         split_lobes: whether lights' layers are kept apart by the kind of lobe, for `Picture.lobes`.
         cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
         progress: is told how far loading the cache is.
@@ -128,9 +128,10 @@ class RelightSession:
             geometry, framebuffers, store.plan, cache_budget=cache_budget, progress=progress
         )
         self._has_emission = store.plan.uses("emission")
+        self._shadow_settings = shadows or ShadowSettings()
         self._drawing = LayerDrawing(
             self._sampler,
-            shadows or ShadowSettings(),
+            self._shadow_settings,
             has_emission=self._has_emission,
             split=split_lobes,
         )
@@ -181,11 +182,7 @@ class RelightSession:
         gone = [name for name in self._lights if name not in new]
         self._lights = new
         self._light_of_layer = {layer_pass(name): name for name in new}
-        nodes = [
-            LightNode(light.name, casts=light.use_shadow, follows_view=light.type == "SUN")
-            for light in new.values()
-        ]
-        self._forget(self._graph.replace(frame_passes(nodes, has_emission=self._has_emission)))
+        self._forget(self._graph.replace(self._passes()))
         self._touch(*touched)
         for name in gone:
             self._drawing.forget_shadows(name)
@@ -226,6 +223,17 @@ class RelightSession:
         if samples != self._refined.count:
             self._refined = self._stack(samples)
             self._graph.touch(SAMPLES)
+
+    def set_shadows(self, shadows: ShadowSettings) -> None:
+        """Find shadows another way, or with finer maps."""
+        if shadows == self._shadow_settings:
+            return
+        self._shadow_settings = shadows
+        self._drawing.set_shadows(shadows)
+        self._forget(self._graph.replace(self._passes()))
+        self._touch(
+            *(light_input(n, "shadow casting") for n, x in self._lights.items() if x.use_shadow)
+        )
 
     # Pictures -----------------------------------------------------------------------------
 
@@ -325,6 +333,14 @@ class RelightSession:
         return self._graph
 
     # Inside -------------------------------------------------------------------------------
+
+    def _passes(self) -> tuple[FramePass, ...]:
+        traced = self._shadow_settings.method == "traced"
+        nodes = [
+            LightNode(light.name, light.use_shadow, traced or light.type == "SUN")
+            for light in self._lights.values()
+        ]
+        return frame_passes(nodes, has_emission=self._has_emission)
 
     def _touch(self, *inputs: str) -> None:
         self._forget(self._graph.touch(*inputs))

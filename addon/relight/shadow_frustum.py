@@ -14,6 +14,7 @@ left of the steps.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ from numpy.typing import NDArray
 from ..scene.frame_across import frame_across
 from ..scene.light import Light
 from .light_sample import LightSample
+
+ShadowMethod = Literal["map", "traced"]
 
 MAX_FACES = 12
 _COLUMNS = 3
@@ -49,15 +52,18 @@ _MARGIN = 1e-4
 
 @dataclass(frozen=True)
 class ShadowSettings:
-    """How fine shadow maps are.
+    """How shadows are found, and how fine their maps are.
 
     Attributes:
+        method: "map" draws shadow maps, the fast way; "traced" traces a ray for each pixel, the
+            exact way.
         resolution: texels along the side of a sun's or spot's map.
         cube_resolution: texels along the side of each face of a point or area light's map.
     """
 
     resolution: int = 2048
     cube_resolution: int = 1024
+    method: ShadowMethod = "map"
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..corrmap.geometry_buffer import GeometryBuffer, build_raster_program
-from ..glsl.shader import PassShader, SamplerType, framebuffer, texture_2d
+from ..glsl.shader import PassShader, framebuffer, texture_2d
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .light_sample import LightSample
+from .shadow import ShadowKind
 from .shadow_frustum import MAX_FACES, ShadowFrustum, ShadowSettings, shadow_frustum
 
 _CASTER_BLOCK = UniformBlock(
@@ -36,8 +37,6 @@ _PASS = PassShader(
     writes_depth=True,
 )
 
-# What a pass declares that reads a shadow map.
-SHADOW_SAMPLER: tuple[str, SamplerType] = ("shadow_map", "FLOAT_2D")
 SHADOW_BLOCK = UniformBlock(
     "shadow",
     (
@@ -55,6 +54,9 @@ SHADOW_BLOCK = UniformBlock(
         Field("float", "turned"),
     ),
 )
+
+# What a pass declares that reads a shadow map.
+_KIND = ShadowKind("shadow", (("shadow_map", "FLOAT_2D"),), (SHADOW_BLOCK,))
 
 # Where nothing is hit: farther than any distance, and finite.
 _NOTHING = float(np.finfo(np.float32).max)
@@ -74,14 +76,24 @@ class ShadowMap:
     distance: gpu.types.GPUTexture
 
     @property
+    def kind(self) -> ShadowKind:
+        """What a shader that reads it is made of."""
+        return _KIND
+
+    @property
+    def textures(self) -> Mapping[str, Any]:
+        """By the names of `kind.samplers`."""
+        return {"shadow_map": self.distance}
+
+    @property
     def nbytes(self) -> int:
         """Bytes of GPU memory that keeping it takes."""
         width, height = self.frustum.size
         return 4 * width * height
 
-    def uniforms(self, local_origin: NDArray[np.float64]) -> Mapping[str, Any]:
+    def uniforms(self, local_origin: NDArray[np.float64]) -> Mapping[str, Mapping[str, Any]]:
         """The values of SHADOW_BLOCK for surfaces in the space around `local_origin`."""
-        return shadow_uniforms(self.frustum, local_origin)
+        return {"shadow": shadow_uniforms(self.frustum, local_origin)}
 
 
 def shadow_uniforms(frustum: ShadowFrustum, local_origin: NDArray[np.float64]) -> dict[str, Any]:

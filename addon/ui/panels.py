@@ -145,6 +145,7 @@ class RELUME_PT_sampling(_RenderPanel, bpy.types.Panel):
         column = layout.column(align=True)
         column.prop(context.scene.relume, "viewport_samples", text="Viewport")
         column.prop(context.scene.relume, "render_samples", text="Render")
+        layout.prop(context.scene.relume, "shadows")
 
 
 class RELUME_PT_film(_RenderPanel, bpy.types.Panel):

@@ -47,6 +47,14 @@ _BUDGET_ITEMS = (
         "As many pictures, large or small, as take so much memory, whichever show more",
     ),
 )
+_SHADOW_ITEMS = (
+    ("MAP", "Shadow Maps", "Fast: what each light sees is drawn, and looked up"),
+    (
+        "TRACED",
+        "Ray Traced",
+        "Exact: a ray for each pixel, light and sample. Contacts and thin parts are as in Cycles",
+    ),
+)
 _DEFAULT = PlacementSettings()
 _RESOLUTION_ITEMS = tuple((str(tier), f"{tier} x {tier}", "") for tier in RESOLUTIONS)
 
@@ -199,6 +207,12 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             default=PICTURE_SAMPLES,
             min=1,
             soft_max=256,
+        ),
+        "shadows": bpy.props.EnumProperty(
+            name="Shadows",
+            description="How shadows are found",
+            items=_SHADOW_ITEMS,
+            default="MAP",
         ),
         "render_samples": bpy.props.IntProperty(
             name="Render Samples",

@@ -11,6 +11,7 @@ from ..caching.scene_state import SceneState
 from ..caching.store import CacheStore
 from ..caching.what_changed import surely_stale
 from ..relight.session import RelightSession
+from ..relight.shadow_frustum import ShadowSettings
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_reader import read_lights
 from ..scene.world import World
@@ -21,6 +22,8 @@ from .cache_state import note_staleness
 from .scene_changes import SceneChanges
 
 STALE_SURFACES = "shapes or materials changed after the bake: bake again"
+_SHADOWS = {"MAP": ShadowSettings(), "TRACED": ShadowSettings(method="traced")}
+
 STALE_WORLD = "the world changed after the bake, and is shown as it was: bake again"
 
 
@@ -53,9 +56,14 @@ class SceneSession:
         store = self._cache.matching(state.fingerprint, state.frame) or self._cache
         self._manifest = store.manifest
         self.session = RelightSession(self._geometry, store, samples)
+        self.set_shadows(depsgraph.scene)
         self._warnings = {"geometry": self._geometry.warnings}
         self._check(state)
         self.update(depsgraph, SceneChanges(lights=True, world=True))
+
+    def set_shadows(self, scene: Any) -> None:
+        """Find shadows the way that a `bpy.types.Scene` says."""
+        self.session.set_shadows(_SHADOWS[scene.relume.shadows])
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:
         """Tell the session what changed in the scene."""

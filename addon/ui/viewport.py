@@ -71,6 +71,7 @@ class Viewport:
         else:
             target = scene.relume.viewport_samples
             self._opened.session.set_samples(target)
+            self._opened.set_shadows(scene)
             unfinished = self._refine(self._opened, view)
             engine.update_stats("Relume", self._status(self._opened, target))
         self._show(engine, scene, view)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from addon.camplace import parallel
-from addon.camplace.rays import CHUNK, RayCaster
+from addon.camplace.embree_mesh import CHUNK
+from addon.camplace.rays import RayCaster
 from tests.synthetic import room_with_box
 
 

@@ -50,6 +50,8 @@ def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Arr
         L = np.broadcast_to(sample.position, place.shape)
         cap = 2.0 * (1.0 - np.cos(0.5 * light.angle))
         return L, np.ones(L.shape[:2]), np.full(L.shape[:2], cap * share)
+    if sample.per_receiver:
+        return _turned(light, sample, place, share)
     toward = sample.position - place
     t_sq = dot(toward, toward)
     L = toward / np.sqrt(t_sq)[..., None]
@@ -70,6 +72,42 @@ def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Arr
     if light.type == "SPOT":
         strength = strength * _cone(light, -L)
     return L, strength, cell_sq
+
+
+def _turned(
+    light: Light, sample: LightSample, place: Array, share: float
+) -> tuple[Array, Array, Array]:
+    """`incidence` where each receiver has its own point of the lamp: on the disk across the way
+    to it, or in the cone of the lamp's ball. A rotation takes the light's axis to that way."""
+    assert sample.on_disk is not None
+    radius = light.shadow_soft_size
+    away = place - light.position
+    d = np.linalg.norm(away, axis=-1)
+    axis = away / d[..., None]
+    flat = sample.facing(light, light.direction[None])[0] - light.position
+    half = axis + light.direction
+    half /= np.linalg.norm(half, axis=-1, keepdims=True)
+    offset = flat - 2.0 * dot(half, flat)[..., None] * half
+    if light.use_soft_falloff:
+        toward = offset - away
+        t = np.linalg.norm(toward, axis=-1)
+        strength = d / t**3
+    else:
+        outside = d > radius
+        inside_cone = np.sqrt(1.0 - np.minimum(radius / d, 1.0) ** 2)
+        widest = np.where(outside, 1.0 - inside_cone, 2.0)
+        cosine = 1.0 - widest * np.sum(sample.on_disk**2) / radius**2
+        sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+        across = offset / np.linalg.norm(flat)
+        direction = sine[..., None] * across - cosine[..., None] * axis
+        chord = np.sqrt(np.maximum(radius**2 - (d * sine) ** 2, 0.0))
+        t = d * cosine + np.where(outside, -chord, chord)
+        toward = t[..., None] * direction
+        strength = 2.0 * widest / radius**2
+    L = toward / t[..., None]
+    if light.type == "SPOT":
+        strength = strength * _cone(light, -L)
+    return L, strength, radius**2 * share / t**2
 
 
 def _cone(light: Light, direction: Array) -> Array:

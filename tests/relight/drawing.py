@@ -13,7 +13,7 @@ from addon.glsl.shader import framebuffer, read_texture, texture_2d
 from addon.relight.albedo_pass import AlbedoTextures
 from addon.relight.light_pass import LightPass
 from addon.relight.light_sample import LightSample
-from addon.relight.shadow_pass import ShadowMap
+from addon.relight.shadow import Shadow
 from addon.scene.light import Light
 from tests.reference.surfaces import Surfaces
 
@@ -35,7 +35,7 @@ def drawn_light(
     light: Light,
     samples: Sequence[LightSample],
     *,
-    shadow: ShadowMap | None = None,
+    shadow: Shadow | None = None,
 ) -> NDArray[np.float64]:
     """(H, W, 4): the mean of some points of a light."""
     textures = surface.upload()

@@ -349,6 +349,33 @@ def test_a_slow_view_is_shown_coarsely_first(gpu_context: None, room: Any) -> No
     assert not np.array_equal(full, fine)
 
 
+def test_traced_shadows(gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Both ways show one picture, but for pixels at the shadows' edges; changing the way redoes
+    the lights' layers, and no other."""
+    from addon.relight.shadow_frustum import ShadowSettings
+
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5))])
+    maps = session.render().layers["A"]
+    with counted_draws(session, monkeypatch) as shaded:
+        session.set_shadows(ShadowSettings(method="traced"))
+        traced = session.render().layers["A"]
+        session.set_shadows(ShadowSettings(method="traced"))
+        assert not session.step()
+    assert shaded == ["A", "A"]
+    off = np.abs(traced - maps).max(axis=-1) > 1e-5 * maps.max()
+    assert 0.0 < off.mean() < 0.03
+    # Moved objects cast other shadows.
+    geometry, _, _ = room
+    vertices = geometry.vertices.copy()
+    vertices[8:] += [0.0, 0.0, 0.3]
+    session.set_geometry(replace(geometry, vertices=vertices))
+    moved = session.render().layers["A"]
+    session.set_shadows(ShadowSettings())
+    off = np.abs(session.render().layers["A"] - moved).max(axis=-1) > 1e-5 * maps.max()
+    assert off.mean() < 0.03
+
+
 def test_nothing_changed_means_no_work(
     gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

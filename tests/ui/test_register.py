@@ -53,7 +53,7 @@ def test_the_panels_an_artist_needs_are_there(extension: None) -> None:
 def test_every_setting_explains_itself(extension: None) -> None:
     settings: Any = bpy.context.scene.relume
     names = {"cache_folder", "preset", "primaries", "secondaries"}
-    names |= {"viewport_samples", "render_samples"}
+    names |= {"viewport_samples", "render_samples", "shadows"}
     names |= {"shot", "budget", "max_pictures", "max_megabytes", "shot_share"}
     assert names <= set(settings.bl_rna.properties.keys())
     for name in names:

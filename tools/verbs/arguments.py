@@ -28,6 +28,13 @@ def add_view(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="samples of each pixel (default: %(default)s)",
     )
+    parser.add_argument(
+        "--shadows",
+        choices=("map", "traced"),
+        default="map",
+        help="shadow maps, which are fast, or a traced ray for each pixel, which is exact "
+        "(default: %(default)s)",
+    )
 
 
 def size(text: str) -> tuple[int, int]:

@@ -88,7 +88,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     baked = baking.run((), part_of(progress, 0.02, 0.4))
     folders = folder_names([view.name for view in shown], taken=("cache",))
     with applied_edits(scene, edits):
-        session = open_session(arrays, cache, args.samples)
+        session = open_session(arrays, cache, args.samples, shadows=args.shadows)
         views = []
         for number, view in enumerate(shown):
             ends = [0.4 + 0.1 * (number + i) / len(shown) for i in (0, 1)]

@@ -91,6 +91,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         args.samples,
         part_of(progress, 0.15, 0.4),
         split_lobes=args.lobes and suffix == ".exr",
+        shadows=args.shadows,
     )
     session.set_view(view)
     started = time.monotonic()
@@ -109,6 +110,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "width": view.width,
         "height": view.height,
         "samples": args.samples,
+        "shadows": args.shadows,
         "lights": [light.name for light in arrays.lights],
         "hole_fraction": picture.coverage.hole_fraction,
         "open_fraction": picture.coverage.open_fraction,

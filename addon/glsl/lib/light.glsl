@@ -26,6 +26,65 @@ float spread_attenuation(float cosine)
   return max((light.cone.x - tangent) * light.cone.y, 0.0);
 }
 
+#ifdef HAS_TURNED_DISK
+/* A lamp's own point for each receiver (point_light_sample, spot_light_sample): on the disk that
+ * is turned towards it, or in the cone of directions that meet the lamp's ball. `light.place` is
+ * the point's offset from the centre on the disk across the light's axis; mirrored in the middle
+ * between that axis and the receiver's direction it lies on the disk across the latter. `strength`
+ * is as in Incidence; for a ball its radiance times the solid angle. */
+vec3 turned_way(vec3 position, out float strength)
+{
+  vec3 from_centre = position - light.centre.xyz;
+  float centre_sq = dot(from_centre, from_centre);
+  strength = 0.0;
+  if (centre_sq <= 0.0) {
+    return vec3(0.0);
+  }
+  vec3 axis = from_centre * inversesqrt(centre_sq);
+  vec3 halfway = axis + light.axis.xyz;
+  float halfway_sq = dot(halfway, halfway);
+  vec3 offset = light.place.xyz;
+  if (halfway_sq > 0.0) {
+    offset -= 2.0 * dot(offset, halfway) / halfway_sq * halfway;
+  }
+  if (light.disk > 0.5) {
+    vec3 way = offset - from_centre;
+    float t_sq = dot(way, way);
+    strength = t_sq > 0.0 ? sqrt(centre_sq) / (t_sq * sqrt(t_sq)) : 0.0;
+    return way;
+  }
+  float radius_sq = light.radius_sq;
+  float sin_sq = radius_sq / centre_sq;
+  bool outside = sin_sq < 1.0;
+  float widest = outside ? sin_sq / (1.0 + sqrt(1.0 - sin_sq)) : 2.0;
+  float offset_sq = dot(offset, offset);
+  float one_minus_cos = widest * min(offset_sq / radius_sq, 1.0);
+  float cosine = 1.0 - one_minus_cos;
+  vec3 direction = -cosine * axis;
+  if (offset_sq > 0.0) {
+    direction += sqrt(one_minus_cos * (2.0 - one_minus_cos)) * inversesqrt(offset_sq) * offset;
+  }
+  /* Where it meets the ball: the nearer of two places from outside, the only one from inside. */
+  float along = sqrt(centre_sq) * cosine;
+  float half_chord = sqrt(max(radius_sq - centre_sq * one_minus_cos * (2.0 - one_minus_cos), 0.0));
+  strength = 2.0 * widest / radius_sq;
+  return (outside ? along - half_chord : along + half_chord) * direction;
+}
+#endif
+
+/* From a place to the light's point there: metres; of a sun a unit direction. */
+vec3 way_to_light(vec3 position)
+{
+#if LIGHT_TYPE == 2
+  return light.place.xyz;
+#elif defined(HAS_TURNED_DISK)
+  float strength;
+  return turned_way(position, strength);
+#else
+  return light.place.xyz - position;
+#endif
+}
+
 Incidence incidence(vec3 position)
 {
   Incidence result;
@@ -34,7 +93,12 @@ Incidence incidence(vec3 position)
   result.strength = 1.0;
   result.cell_sq = light.cell;
 #else
+#  ifdef HAS_TURNED_DISK
+  float turned_strength;
+  vec3 to_light = turned_way(position, turned_strength);
+#  else
   vec3 to_light = light.place.xyz - position;
+#  endif
   float distance_sq = dot(to_light, to_light);
   if (distance_sq <= 0.0) {
     result.L = vec3(0.0, 0.0, 1.0);
@@ -55,6 +119,11 @@ Incidence incidence(vec3 position)
   result.cell_sq *= cosine;
 #    ifdef HAS_SPREAD
   result.strength *= spread_attenuation(cosine);
+#    endif
+#  elif defined(HAS_TURNED_DISK)
+  result.strength = turned_strength;
+#    if LIGHT_TYPE == 1
+  result.strength *= spot_attenuation(-result.L);
 #    endif
 #  else
   /* Outside its radius the light's points shine, together, like its centre (a disk turned

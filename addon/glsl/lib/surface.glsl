@@ -62,14 +62,6 @@ vec3 direction_to_eye(vec4 eye, vec3 position)
   return normalize(eye.xyz - position * eye.w);
 }
 
-/* The texel of the surfaces that a pixel shades: of a coarse layer, the middle of those that the
- * pixel covers. */
-ivec2 surface_texel(int stride)
-{
-  ivec2 texel = ivec2(gl_FragCoord.xy) * stride + ivec2(stride / 2);
-  return min(texel, textureSize(surface_position, 0) - 1);
-}
-
 /* False where the pixel sees no surface. */
 bool read_surface(ivec2 texel, vec4 eye, out Surface surface)
 {

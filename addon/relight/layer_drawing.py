@@ -22,6 +22,7 @@ from .light_sample import LightSample, light_sample
 from .shadow import Shadow
 from .shadow_cache import ShadowCache
 from .shadow_frustum import ShadowSettings
+from .shadow_light import shadow_light
 from .shadow_pass import ShadowMap, ShadowPass
 from .surface_pass import EmissionPass
 from .traced_shadow import TracedShadowPass
@@ -51,7 +52,7 @@ class LayerDrawing:
     ) -> None:
         self._sampler = sampler
         self._settings = shadows
-        self._touching: dict[str, bool] = {}
+        self._touching: dict[tuple[str, bool], bool] = {}
         self._pass: ShadowPass | None = None
         self._geometry: GeometryBuffer | None = None
         self._shadows = ShadowCache()
@@ -77,7 +78,8 @@ class LayerDrawing:
     def forget_shadows(self, light: str) -> None:
         """A light moved, changed its extent, or what it shines on moved."""
         self._shadows.drop(light)
-        self._touching.pop(light, None)
+        for moved in (False, True):
+            self._touching.pop((light, moved), None)
 
     def set_shadows(self, shadows: ShadowSettings) -> None:
         """Find shadows another way, or draw finer maps."""
@@ -107,12 +109,10 @@ class LayerDrawing:
         sample = self._light_sample(light, k, count)
         surface = self._sampler.sample(k)
         shadow: Shadow | None = None
-        if light.use_shadow and self._settings.method == "traced":
-            if self._traced is None:
-                self._traced = TracedShadowPass(self._sampler.geometry)
-            shadow = self._traced.draw(surface, light, sample, stride=stride)
-        elif light.use_shadow:
-            shadow = self._shadows.get(light.name, sample, lambda: self._shadow(light, sample))
+        if light.use_shadow:
+            caster = shadow_light(light, everywhere=self._settings.method == "traced")
+            point = sample if caster is light else self._light_sample(caster, k, count, moved=True)
+            shadow = self._shadow(surface, caster, point, stride)
         self._light_pass.draw(
             surface,
             light,
@@ -155,18 +155,31 @@ class LayerDrawing:
 
     # Inside -------------------------------------------------------------------------------
 
-    def _shadow(self, light: Light, sample: LightSample) -> ShadowMap:
+    def _shadow(
+        self, surface: SurfaceBuffer, light: Light, sample: LightSample, stride: int
+    ) -> Shadow:
+        if self._settings.method == "traced":
+            if self._traced is None:
+                self._traced = TracedShadowPass(self._sampler.geometry)
+            return self._traced.draw(surface, light, sample, stride=stride)
+        return self._shadows.get(light.name, sample, lambda: self._shadow_map(light, sample))
+
+    def _shadow_map(self, light: Light, sample: LightSample) -> ShadowMap:
         if self._pass is None:
             raise RuntimeError("set a view before drawing shadows")
         bounds = self._sampler.geometry.bounds
         return self._pass.draw(light, sample, bounds, self._visible_receivers())
 
-    def _light_sample(self, light: Light, k: int, count: int) -> LightSample:
+    def _light_sample(
+        self, light: Light, k: int, count: int, *, moved: bool = False
+    ) -> LightSample:
+        """A light's point; `moved` of a light as its shadows see it."""
         if light.use_shadow and self._settings.method == "traced":
             return light_sample(light, k, count, per_receiver=True)
-        if light.name not in self._touching:
-            self._touching[light.name] = touches_surface(light, self._sampler.geometry)
-        return light_sample(light, k, count, touching=self._touching[light.name])
+        key = (light.name, moved)
+        if key not in self._touching:
+            self._touching[key] = touches_surface(light, self._sampler.geometry)
+        return light_sample(light, k, count, touching=self._touching[key])
 
     def _visible_receivers(self) -> NDArray[np.float64]:
         """(N, 3) world-space points that the view sees, for fitting sun shadow maps."""

@@ -29,6 +29,7 @@ from .light_filters import LightFilters
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
 from .shadow import Shadow, ShadowKind
+from .slide_picture import LUMINANCE
 from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
 
 LIGHT_BLOCK = UniformBlock(
@@ -47,6 +48,9 @@ LIGHT_BLOCK = UniformBlock(
         Field("float", "cell"),
         Field("float", "diffuse_factor"),
         Field("float", "specular_factor"),
+        Field("vec4", "shadow_fill"),
+        Field("float", "hide_highlights"),
+        Field("float", "ambient"),
     ),
 )
 
@@ -61,6 +65,8 @@ class _Variant:
     has_spread: bool
     turns: bool
     shadow: ShadowKind | None
+    fills_shadow: bool
+    has_ambient: bool
     filters: FilterKinds
 
 
@@ -137,7 +143,18 @@ class LightPass:
         self, light: Light, sample: LightSample, shadow: ShadowKind | None, filters: FilterKinds
     ) -> ShaderProgram:
         has_spread = light.type == "AREA" and light.spread < np.pi
-        variant = _Variant(light.type, has_spread, sample.per_receiver, shadow, filters)
+        controls = light.controls
+        look = controls.shadow
+        fills = shadow is not None and (look.density != 1.0 or any(look.color))
+        variant = _Variant(
+            light.type,
+            has_spread,
+            sample.per_receiver,
+            shadow,
+            fills,
+            controls.ambient != 0.0,
+            filters,
+        )
         if variant not in self._programs:
             self._programs[variant] = _describe(variant, self._layout, self._split).build()
         return self._programs[variant]
@@ -156,7 +173,12 @@ def light_defines(
 
 def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShader:
     shadow, filters = variant.shadow, variant.filters
-    flags = {"HAS_SHADOW": shadow is not None, "SPLIT_LOBES": split}
+    flags = {
+        "HAS_SHADOW": shadow is not None,
+        "HAS_SHADOW_FILL": variant.fills_shadow,
+        "HAS_AMBIENT": variant.has_ambient,
+        "SPLIT_LOBES": split,
+    }
     return PassShader(
         name=f"light_{variant.light_type.lower()}",
         fragment="light",
@@ -233,6 +255,8 @@ def light_uniforms(
         cone[:2] = spread_cone(light)
     # A disk's points shine like its centre wherever they are.
     cone[2] = float(sample.is_flat(light))
+    controls = light.controls
+    fill = np.array(controls.shadow.color)
     return {
         "place": np.append(place, 0.0),
         "centre": np.append(light.position - local_origin, 0.0) if not is_sun else np.zeros(4),
@@ -245,6 +269,9 @@ def light_uniforms(
         "radius_sq": light.shadow_soft_size**2 if light.type in ("POINT", "SPOT") else 0.0,
         "disk": float(light.use_soft_falloff),
         "cell": cell(light, sample.count),
-        "diffuse_factor": light.diffuse_factor,
-        "specular_factor": light.specular_factor,
+        "diffuse_factor": light.diffuse_factor * controls.diffuse,
+        "specular_factor": light.specular_factor * controls.specular,
+        "shadow_fill": np.append(LUMINANCE @ intensity * fill, controls.shadow.density),
+        "hide_highlights": float(controls.shadow.hide_highlights),
+        "ambient": controls.ambient,
     }

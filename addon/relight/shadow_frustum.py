@@ -153,10 +153,12 @@ def shadow_frustum(
         return _parallel(sample.position, caster_bounds, receivers, settings.resolution)
     basis = light.axes
     half_extent, faces, resolution = 1.0, _cube(basis), settings.cube_resolution
+    # What a light lights may be anywhere about the place that its shadows were moved to.
+    moved = any(light.controls.shadow.offset)
     cone = _cone(light) if light.type == "SPOT" else 2.0 * np.pi
     touching = sample.on_disk is not None
     if light.type == "AREA":
-        faces = faces[:5]
+        faces = faces if moved else faces[:5]
     elif cone <= _WIDEST_CONE:
         if touching:
             faces, half_extent = _flower(basis, 0.5 * cone, sample.turn)

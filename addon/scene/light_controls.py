@@ -217,7 +217,7 @@ class LightControls:
         diffuse, specular: weights of the lobes, beside Blender's ray visibility.
         ambient: weight of light that reaches all that the light's shape covers, whatever way it
             faces and whether in shadow or not: ambient * albedo / pi times the irradiance of a
-            surface that faces the light, where albedo is the diffuse bases' colour.
+            surface that faces the light, where albedo is the diffuse and translucent lobes' colour.
     """
 
     barn_doors: BarnDoors | None = None

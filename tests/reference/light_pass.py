@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from addon.relight.light_sample import LightSample
 from addon.scene.light import Light
+from addon.scene.light_controls import NEUTRAL
 
 from .bsdf import Lobe, dot
+from .light_filters import light_filters
 from .surfaces import Surfaces
 
 Array = NDArray[np.float64]
@@ -23,23 +25,32 @@ def light_layer(
 ) -> Array:
     """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow."""
     L, strength, cell_sq = incidence(surface, light, sample)
-    front: Array = np.zeros(L.shape)
-    back: Array = np.zeros(L.shape)
+    shape, controls = (*L.shape[:2], 3), light.controls
+    front, back, shine, albedo = (np.zeros(shape) for _ in range(4))
     for number in range(1, surface.lobes + 1):
         lobe = Lobe(surface, number)
-        reflected = light.diffuse_factor * lobe.diffuse(L) * lobe.transmission
-        reflected = reflected + light.diffuse_factor * lobe.sheen(L)
-        reflected = reflected + light.specular_factor * lobe.specular(L, cell_sq)
-        front = front + lobe.view_weight * reflected
+        weight = light.diffuse_factor * controls.diffuse * lobe.view_weight
+        front = front + weight * (lobe.diffuse(L) * lobe.transmission + lobe.sheen(L))
         through = np.maximum(-dot(lobe.N, L), 0.0)[..., None] / np.pi * lobe.translucent_color
-        back = back + lobe.view_weight * light.diffuse_factor * through
-    total = front + back
+        back = back + weight * through
+        weight = light.specular_factor * controls.specular * lobe.view_weight
+        shine = shine + weight * lobe.specular(L, cell_sq)
+        albedo = albedo + lobe.view_weight * (lobe.diffuse_color + lobe.translucent_color)
+    base, color = front + back, light.intensity
+    arriving = highlight = np.broadcast_to(color, shape)
     if visibility is not None:
         NgoL = dot(surface.geometric_normal[..., :3], L)[..., None]
-        strength = strength * visibility
-        total = np.where(NgoL > 0.0, front, np.where(NgoL < 0.0, back, 0.0))
+        base = np.where(NgoL > 0.0, front, np.where(NgoL < 0.0, back, 0.0))
+        shine = np.where(NgoL > 0.0, shine, 0.0)
+        seen, shadow = visibility[..., None], controls.shadow
+        fill = (color @ [0.2126, 0.7152, 0.0722]) * np.array(shadow.color)
+        arriving = color + shadow.density * (1.0 - seen) * (fill - color)
+        highlight = color * seen if shadow.hide_highlights else arriving
+    total = base * arriving + shine * highlight + controls.ambient / np.pi * albedo * color
+    if controls != NEUTRAL:
+        total = total * light_filters(light, surface.position[..., :3] + surface.origin)
     lit = surface.hit & (strength > 0.0)
-    return np.where(lit[..., None], total * strength[..., None] * light.intensity, 0.0)
+    return np.where(lit[..., None], total * strength[..., None], 0.0)
 
 
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:

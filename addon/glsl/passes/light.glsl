@@ -40,12 +40,14 @@ vec3 all_lobes(Reflected parts)
   return parts.diffuse + parts.specular + parts.sheen + parts.translucent;
 }
 
-void write(Reflected parts, vec3 arriving)
+/* `highlight` arrives in the specular lobe, `arriving` in all others; `from_all_sides` is what the
+ * surface sends of light that knows no direction. */
+void write(Reflected parts, vec3 arriving, vec3 highlight, vec3 from_all_sides)
 {
 #ifdef SPLIT_LOBES
-  radiance_diffuse = vec4(parts.diffuse * arriving, 0.0);
+  radiance_diffuse = vec4(parts.diffuse * arriving + from_all_sides, 0.0);
 #  ifdef HAS_SPECULAR
-  radiance_specular = vec4(parts.specular * arriving, 0.0);
+  radiance_specular = vec4(parts.specular * highlight, 0.0);
 #  endif
 #  ifdef HAS_SHEEN
   radiance_sheen = vec4(parts.sheen * arriving, 0.0);
@@ -54,26 +56,55 @@ void write(Reflected parts, vec3 arriving)
   radiance_translucent = vec4(parts.translucent * arriving, 0.0);
 #  endif
 #else
-  radiance = vec4(all_lobes(parts) * arriving, 0.0);
+  vec3 specular = parts.specular;
+  parts.specular = vec3(0.0);
+  radiance = vec4(all_lobes(parts) * arriving + specular * highlight + from_all_sides, 0.0);
 #endif
 }
+
+#ifdef HAS_AMBIENT
+/* Over PI: what all diffuse lobes send of light from everywhere. */
+vec3 flat_albedo(Surface s)
+{
+  vec3 sum = vec3(0.0);
+  for (int i = 0; i < SURFACE_LOBES; i++) {
+    vec3 albedo = s.lobes[i].diffuse_color;
+#  ifdef HAS_TRANSLUCENT
+    albedo += s.lobes[i].translucent_color;
+#  endif
+#  ifdef HAS_VIEW_WEIGHT
+    albedo *= view_weight(s.lobes[i], s.V);
+#  endif
+    sum += albedo;
+  }
+  return sum / PI;
+}
+#endif
 
 void main()
 {
   Reflected parts = Reflected(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
-  write(parts, vec3(0.0));
+  write(parts, vec3(0.0), vec3(0.0), vec3(0.0));
   Surface s;
   if (!read_surface(surface_texel(view.stride), view.eye, s)) {
     return;
   }
   Incidence lit = incidence(s.position);
   vec3 color = light.intensity.rgb;
+  vec3 through = vec3(1.0);
 #ifdef HAS_FILTERS
-  color *= light_filters(s.position);
+  through = light_filters(s.position);
+  color *= through;
 #endif
-  if (lit.strength <= 0.0 || color == vec3(0.0)) {
+  if (lit.strength <= 0.0 || through == vec3(0.0)) {
     return;
   }
+  vec3 from_all_sides = vec3(0.0);
+#ifdef HAS_AMBIENT
+  from_all_sides = (light.ambient * lit.strength) * color * flat_albedo(s);
+#endif
+  vec3 arriving = color * lit.strength;
+  vec3 highlight = arriving;
   for (int i = 0; i < SURFACE_LOBES; i++) {
     if (!is_black(s.lobes[i])) {
       add_lobe(parts, s.lobes[i], s, lit);
@@ -88,10 +119,20 @@ void main()
   else {
     parts = Reflected(vec3(0.0), vec3(0.0), vec3(0.0), parts.translucent);
   }
-  if (NgoL == 0.0 || all_lobes(parts) == vec3(0.0)) {
-    return;
+  float seen = 0.0;
+  if (NgoL != 0.0 && all_lobes(parts) != vec3(0.0)) {
+    seen = visibility(s.position, NgoL > 0.0 ? s.Ng : -s.Ng);
   }
-  lit.strength *= visibility(s.position, NgoL > 0.0 ? s.Ng : -s.Ng);
+  highlight *= seen;
+#  ifdef HAS_SHADOW_FILL
+  vec3 fill = light.shadow_fill.rgb * through * lit.strength;
+  arriving = mix(arriving, fill, light.shadow_fill.w * (1.0 - seen));
+  if (light.hide_highlights < 0.5) {
+    highlight = arriving;
+  }
+#  else
+  arriving = highlight;
+#  endif
 #endif
-  write(parts, color * lit.strength);
+  write(parts, arriving, highlight, from_all_sides);
 }

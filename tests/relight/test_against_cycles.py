@@ -111,14 +111,16 @@ def cycles_picture(scene: Any, path: Path, samples: int) -> NDArray[np.float64]:
 
 
 def relit_picture(
-    scene: Any, material: dict[str, Any], samples: int
+    scene: Any, material: dict[str, Any], samples: int, *, traced: bool = False
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """(H, W, 3) and where a surface is seen."""
     from addon.corrmap.geometry_buffer import GeometryBuffer
     from addon.corrmap.visible_surface import VisibleSurfacePass
     from addon.glsl.shader import read_texture
     from addon.relight.light_sample import light_sample
+    from addon.relight.shadow import Shadow
     from addon.relight.shadow_pass import ShadowPass
+    from addon.relight.traced_shadow import TracedShadowPass
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
     from addon.scene.light_reader import read_lights
@@ -137,13 +139,17 @@ def relit_picture(
     normal = read_texture(visible.normal).astype(np.float64)[..., :3]
     seen = surfaces(position[..., :3], normal, eye=(0, 0, 0), origin=tuple(view.origin), albedo=0.8)
     seen = replace(seen, position=position, channels={**seen.channels, **_shading(SIZE, material)})
-    shadows = ShadowPass(buffer)
+    shadows, rays, uploaded = ShadowPass(buffer), TracedShadowPass(geometry), seen.upload()
     receivers = position[hit][:, :3] + view.origin
     total = np.zeros((SIZE, SIZE, 3))
     (light,) = lights
     for k in range(samples):
-        sample = light_sample(light, k, samples)
-        shadow = shadows.draw(light, sample, geometry.bounds, receivers)
+        sample = light_sample(light, k, samples, per_receiver=traced)
+        shadow: Shadow
+        if traced:
+            shadow = rays.draw(uploaded, light, sample)
+        else:
+            shadow = shadows.draw(light, sample, geometry.bounds, receivers)
         lit = drawn_light(seen, light, [sample], shadow=shadow)
         total += lit[..., :3] / samples
     return total, hit
@@ -171,10 +177,12 @@ def _shading(size: int, material: dict[str, Any]) -> dict[str, NDArray[np.float6
     }
 
 
-def compare(scene: Any, material: dict[str, Any], path: Path, hard: bool) -> tuple[float, float]:
+def compare(
+    scene: Any, material: dict[str, Any], path: Path, hard: bool, *, traced: bool = False
+) -> tuple[float, float]:
     """The median of the ratio where Cycles sees light, and the PSNR, its peak the brightest."""
     reference = cycles_picture(scene, path, 4 if hard else 64)[..., :3]
-    relit, hit = relit_picture(scene, material, 1 if hard else SAMPLES)
+    relit, hit = relit_picture(scene, material, 1 if hard else SAMPLES, traced=traced)
     bright = hit & (reference.mean(axis=-1) > 0.05 * reference.max())
     ratio = relit.mean(axis=-1)[bright] / reference.mean(axis=-1)[bright]
     error = ((relit - reference)[hit] / reference.max()) ** 2

@@ -36,6 +36,8 @@ class CyclesStage:
         data.energy, data.use_shadow = 100.0, False
         if kind in ("POINT", "SPOT"):
             data.shadow_soft_size = 0.0
+        if kind == "SUN":
+            data.angle = 0.0
         if kind == "SPOT":
             data.spot_size, data.spot_blend = 2.4, 0.3
         self.light: Any = bpy.data.objects.new("Key", data)

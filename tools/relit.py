@@ -47,6 +47,7 @@ def read_scene(scene: Any) -> SceneArrays:
     """
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
+    from addon.scene.light_profile_reader import ensure_measured
     from addon.scene.light_reader import read_lights
     from addon.scene.world_reader import read_world
 
@@ -57,6 +58,7 @@ def read_scene(scene: Any) -> SceneArrays:
         warnings += [] if world is None else world.warnings
         return SceneArrays(geometry, lights, world, tuple(warnings), int(scene.frame_current))
 
+    ensure_measured(scene)
     return with_render_depsgraph(scene, read)
 
 
@@ -90,8 +92,10 @@ def mixed(arrays: SceneArrays, solo: Sequence[str], mute: Sequence[str]) -> Scen
 def read_lights_again(scene: Any) -> tuple[Light, ...]:
     """The lights alone, after an edit."""
     from addon.scene.depsgraph_reader import with_render_depsgraph
+    from addon.scene.light_profile_reader import ensure_measured
     from addon.scene.light_reader import read_lights
 
+    ensure_measured(scene)
     return with_render_depsgraph(scene, lambda depsgraph: tuple(read_lights(depsgraph)))
 
 

@@ -65,6 +65,7 @@ def _caster(light: Light) -> Light:
         spread=float(np.pi),
         diffuse_factor=1.0,
         specular_factor=1.0,
+        profile=None,
         controls=replace(NEUTRAL, shadow=kept),
     )
 

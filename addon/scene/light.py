@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .frame_across import frame_across
 from .light_controls import NEUTRAL, LightControls
+from .light_profile import LightProfile
 
 # Beyond this full angle receivers see a disk across the axis at less than half its width.
 WIDEST_FLAT_SPOT = float(np.radians(120.0))
@@ -55,6 +56,7 @@ class Light:
             control but the light's ray visibility, so a light as read from Blender has 0 or 1.
         use_shadow: whether it casts shadows.
         controls: what shapes it beyond Blender's attributes.
+        profile: what its own nodes make of its light, beside a constant colour.
         mute: whether its layer is left out of the picture.
         solo: whether only its layer, and others with solo, are in the picture.
         warnings: one sentence for each thing about it that is not modelled.
@@ -80,6 +82,7 @@ class Light:
     specular_factor: float = 1.0
     use_shadow: bool = True
     controls: LightControls = NEUTRAL
+    profile: LightProfile | None = None
     mute: bool = False
     solo: bool = False
     warnings: tuple[str, ...] = ()

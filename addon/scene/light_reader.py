@@ -3,14 +3,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .light import NARROWEST_SPREAD, Light
-from .node_reader import constant_color, constant_value, output_source
-from .written_light import before_controls, is_visible
+from .light_nodes_reader import UnmeasuredLight, constant_emission, known, measuring_key
+from .written_light import is_visible
 
 
 def read_lights(depsgraph: Any) -> tuple[Light, ...]:
@@ -20,7 +22,24 @@ def read_lights(depsgraph: Any) -> tuple[Light, ...]:
     or a portal is left out. Take the graph of a
     render (`with_render_depsgraph`): the viewport's does not know what collections hide.
     """
-    lights: dict[str, Light] = {}
+    lights = (_with_nodes(light, data) for light, data in _without_nodes(depsgraph))
+    return tuple(light for light in lights if light.is_lit)
+
+
+def unmeasured_lights(depsgraph: Any) -> tuple[UnmeasuredLight, ...]:
+    """The lights whose nodes `measure_lights` has to look at before `read_lights` knows them."""
+    found: dict[str, UnmeasuredLight] = {}
+    for light, data in _without_nodes(depsgraph):
+        if light.is_lit and constant_emission(data) is None:
+            key = measuring_key(data, light)
+            if known(key) is None:
+                found[key] = UnmeasuredLight(key, data.original, light)
+    return tuple(found.values())
+
+
+def _without_nodes(depsgraph: Any) -> Iterator[tuple[Light, Any]]:
+    """Each light as it would be without its nodes, and the evaluated `bpy.types.Light`."""
+    names: set[str] = set()
     for instance in depsgraph.object_instances:
         evaluated = instance.object
         if evaluated.type != "LIGHT" or not instance.show_self:
@@ -31,17 +50,15 @@ def read_lights(depsgraph: Any) -> tuple[Light, ...]:
         name = original.name
         if instance.is_instance and instance.parent is not None:
             name = f"{instance.parent.original.name}/{name}"
-        name = _unique(name, lights)
+        name = _unique(name, names)
         world_from_light = np.array(instance.matrix_world, dtype=np.float64)
         if not np.isfinite(world_from_light).all() or not world_from_light.any(axis=0).all():
             continue
-        light = _read_light(name, evaluated, world_from_light)
-        if light.is_lit:
-            lights[name] = light
-    return tuple(lights.values())
+        names.add(name)
+        yield _read_light(name, evaluated, world_from_light), evaluated.data
 
 
-def _unique(name: str, taken: dict[str, Light]) -> str:
+def _unique(name: str, taken: set[str]) -> str:
     number, unique = 1, name
     while unique in taken:
         number += 1
@@ -57,7 +74,7 @@ def _is_portal(data: Any) -> bool:
 def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]) -> Light:
     data = evaluated.data
     problems: list[str] = []
-    color = np.array(data.color, dtype=np.float64) * _emission(data, problems)
+    color = np.array(data.color, dtype=np.float64)
     if data.use_temperature:
         color *= np.array(data.temperature_color, dtype=np.float64)
     spread = _spread(data, problems)
@@ -114,19 +131,19 @@ def _spread(data: Any, problems: list[str]) -> float:
     return min(spread, float(np.pi)) if spread < np.float32(np.pi) else float(np.pi)
 
 
-def _emission(data: Any, problems: list[str]) -> NDArray[np.float64]:
-    """(3,) what the light's nodes multiply its power with."""
-    unmodelled = "its nodes are not modelled; its power and colour alone are used"
-    if not data.use_nodes or data.node_tree is None:
-        return np.ones(3)
-    node = output_source(data.node_tree, "ShaderNodeOutputLight")
-    if node is None:
-        return np.zeros(3)
-    if node.bl_idname != "ShaderNodeEmission":
-        problems.append(unmodelled)
-        return np.ones(3)
-    color = constant_color(before_controls(node.inputs["Color"]))
-    strength = constant_value(node.inputs["Strength"])
-    if color is None or strength is None:
-        problems.append(unmodelled)
-    return (np.ones(3) if color is None else color) * (1.0 if strength is None else strength)
+def _with_nodes(light: Light, data: Any) -> Light:
+    """The light with what its nodes make of it."""
+    constant = constant_emission(data)
+    if constant is not None:
+        return replace(light, color=light.color * constant)
+    measured = known(measuring_key(data, light))
+    if measured is None:
+        problem = "its nodes are not measured yet; its power and colour alone are used"
+        return replace(light, warnings=(*light.warnings, f"light '{light.name}': {problem}"))
+    problems = (f"light '{light.name}': {problem}" for problem in measured.problems)
+    return replace(
+        light,
+        color=light.color * measured.color,
+        profile=measured.profile,
+        warnings=(*light.warnings, *problems),
+    )

@@ -6,7 +6,12 @@ from __future__ import annotations
 from collections import defaultdict
 from typing import Any
 
-_OUTPUTS = {"ShaderNodeOutputMaterial", "ShaderNodeOutputWorld", "NodeGroupOutput"}
+_OUTPUTS = {
+    "ShaderNodeOutputMaterial",
+    "ShaderNodeOutputWorld",
+    "ShaderNodeOutputLight",
+    "NodeGroupOutput",
+}
 
 
 def used_nodes(tree: Any) -> list[Any]:

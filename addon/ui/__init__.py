@@ -8,9 +8,27 @@ file, selection, undo history and render settings are never touched.
 
 from __future__ import annotations
 
-from . import camera_watch, engine, frame_panel, light_mixer, operators, panels, properties
+from . import (
+    camera_watch,
+    engine,
+    frame_panel,
+    light_mixer,
+    light_nodes_watch,
+    operators,
+    panels,
+    properties,
+)
 
-_MODULES = (properties, operators, engine, panels, light_mixer, frame_panel, camera_watch)
+_MODULES = (
+    properties,
+    operators,
+    engine,
+    panels,
+    light_mixer,
+    frame_panel,
+    camera_watch,
+    light_nodes_watch,
+)
 
 
 def register() -> None:

@@ -1,0 +1,46 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The twin of addon/glsl/lib/profile_filter.glsl, from the formulas of `LightProfile`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.scene.light import Light
+
+Array = NDArray[np.float64]
+
+
+def profile(light: Light, place: Array, sampled: Array) -> Array:
+    """(…, 3) of (…, 3) world-space places, from the light's sampled point, (3,)."""
+    own = light.profile
+    assert own is not None
+    q = (place - sampled) @ light.axes.T
+    r = np.linalg.norm(q, axis=-1)
+    if own.half_width > 0.0:
+        before = q[..., 2] < 0.0
+        across = q[..., :2] / np.where(before, -q[..., 2], 1.0)[..., None]
+        uv = np.clip(0.5 + 0.5 * across / own.half_width, 0.0, 1.0)
+    else:
+        before = np.ones(r.shape, dtype=bool)
+        longitude = np.angle(-q[..., 2] + 1j * q[..., 0])
+        latitude = np.arctan2(q[..., 1], np.hypot(q[..., 0], q[..., 2]))
+        uv = np.stack([0.5 + longitude / (2.0 * np.pi), 0.5 + latitude / np.pi], axis=-1)
+    color = before[..., None] * _bilinear(own.pixels, uv, around=own.half_width <= 0.0)
+    gain = r**own.exponent * (1.0 + own.smooth) * r**2 / (own.smooth + r**2)
+    return np.asarray(color * gain[..., None])
+
+
+def _bilinear(pixels: NDArray[np.float32], uv: Array, around: bool) -> Array:
+    height, width = pixels.shape[:2]
+    at = uv * (width, height) - 0.5
+    low = np.floor(at).astype(np.int64)
+    t = at - low
+    total: Array = np.zeros((*uv.shape[:-1], 3))
+    for dx in (0, 1):
+        for dy in (0, 1):
+            x, y = low[..., 0] + dx, np.clip(low[..., 1] + dy, 0, height - 1)
+            x = x % width if around else np.clip(x, 0, width - 1)
+            weight = np.abs(1 - dx - t[..., 0]) * np.abs(1 - dy - t[..., 1])
+            total = total + weight[..., None] * pixels[y, x]
+    return total

@@ -12,6 +12,7 @@ from addon.errors import InputError
 from addon.progress import Progress, silent
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
+from addon.scene.surface_edit import NO_EDITS, SurfaceEdits
 from addon.scene.view import View
 from addon.scene.world import World
 
@@ -30,6 +31,7 @@ class SceneArrays:
         world: None when it is black.
         warnings: one sentence for each thing left out or approximated.
         frame: at which it was read.
+        surface_edits: that the .blend keeps.
     """
 
     geometry: SceneGeometry
@@ -37,6 +39,7 @@ class SceneArrays:
     world: World | None
     warnings: tuple[str, ...]
     frame: int
+    surface_edits: SurfaceEdits = NO_EDITS
 
 
 def read_scene(scene: Any) -> SceneArrays:
@@ -49,6 +52,7 @@ def read_scene(scene: Any) -> SceneArrays:
     from addon.scene.geometry_reader import read_geometry
     from addon.scene.light_profile_reader import ensure_measured
     from addon.scene.light_reader import read_lights
+    from addon.scene.surface_edit_reader import read_surface_edits
     from addon.scene.world_reader import read_world
 
     def read(depsgraph: Any) -> SceneArrays:
@@ -56,7 +60,8 @@ def read_scene(scene: Any) -> SceneArrays:
         lights = tuple(read_lights(depsgraph))
         warnings = [*geometry.warnings, *(w for light in lights for w in light.warnings)]
         warnings += [] if world is None else world.warnings
-        return SceneArrays(geometry, lights, world, tuple(warnings), int(scene.frame_current))
+        frame, edits = int(scene.frame_current), read_surface_edits(depsgraph)
+        return SceneArrays(geometry, lights, world, tuple(warnings), frame, edits)
 
     ensure_measured(scene)
     return with_render_depsgraph(scene, read)

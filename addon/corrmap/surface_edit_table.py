@@ -3,26 +3,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import Texture, read_texture, texture_from_array
 from ..scene.surface_edit import NO_EDIT, SurfaceEdit, SurfaceEdits
-from .surface_layout import EDIT_ROWS
+from .surface_layout import EDIT_ROWS, SurfaceLayout
 
 
 class SurfaceEditTable:
     """Makes material tables that hold edits.
 
     Args:
-        materials: `ChannelPlan.material_names`.
+        layout: of the surfaces, without edits.
         material_table: of the cache, without edits; see `MaterialTable`.
     """
 
-    def __init__(self, materials: Sequence[str], material_table: Texture) -> None:
-        self._materials = tuple(materials)
+    def __init__(self, layout: SurfaceLayout, material_table: Texture) -> None:
+        self._layout = layout
         self._rows = read_texture(material_table)
 
     @property
@@ -30,10 +28,13 @@ class SurfaceEditTable:
         """The first row of edits."""
         return int(self._rows.shape[0])
 
-    @property
-    def means(self) -> NDArray[np.float32]:
-        """(rows, columns, 4): the cache's own rows."""
-        return self._rows
+    def mean(self, material: int, channel: str) -> NDArray[np.float64] | None:
+        """(components,) the mean of a stored channel over a material of the plan."""
+        places = [i for i, (name, _) in enumerate(self._layout.values) if name == channel]
+        if not places:
+            return None
+        column = self._rows[:, 1 + material].reshape(-1)
+        return column[places].astype(np.float64)
 
     def texture(self, edits: SurfaceEdits) -> Texture:
         """RGBA32F: the cache's rows, and those that `read_edit` in surface_edit.glsl reads.
@@ -41,7 +42,7 @@ class SurfaceEditTable:
         A material that the cache does not know is not edited: nothing of it is cached.
         """
         rows = np.repeat(_texels(NO_EDIT)[:, None], self._rows.shape[1], axis=1)
-        for index, name in enumerate(self._materials):
+        for index, name in enumerate(self._layout.plan.material_names):
             edit = edits.materials.get(name)
             if edit is not None:
                 rows[:, 1 + index] = _texels(edit)

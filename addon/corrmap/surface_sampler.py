@@ -10,6 +10,7 @@ import numpy as np
 
 from ..caching.framebuffer import DeepFramebuffer
 from ..caching.plan import ChannelPlan
+from ..caching.surface_edit_reach import out_of_reach
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
@@ -90,8 +91,12 @@ class SurfaceSampler:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A sentence for each thing that goes beyond what it may take."""
-        return self._pages.warnings
+        """A sentence for each thing that goes beyond what it may take, or that an edit of a
+        surface cannot reach."""
+        if self._edits.is_neutral or self._edit_table is None:
+            return self._pages.warnings
+        limits = out_of_reach(self._plan, self._edits, self._edit_table.mean)
+        return (*self._pages.warnings, *limits)
 
     @property
     def geometry(self) -> SceneGeometry:
@@ -143,9 +148,8 @@ class SurfaceSampler:
             self._layout = self._pages.surface_layout
             return True
         if self._edit_table is None:
-            self._edit_table = SurfaceEditTable(
-                self._plan.material_names, self._pages.material_table
-            )
+            pages = self._pages
+            self._edit_table = SurfaceEditTable(pages.surface_layout, pages.material_table)
         self._material_table = self._edit_table.texture(edits)
         self._layout = replace(self._pages.surface_layout, edit_row=self._edit_table.edit_row)
         return True

@@ -17,15 +17,21 @@ from . import (
     operators,
     panels,
     properties,
+    surface_edit_watch,
+    surface_panels,
+    surface_properties,
 )
 
 _MODULES = (
     properties,
+    surface_properties,
     operators,
     engine,
     panels,
     light_mixer,
     frame_panel,
+    surface_panels,
+    surface_edit_watch,
     camera_watch,
     light_nodes_watch,
 )

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ..caching.edited_cameras import PLACEMENT_NAME
+from ..caching.plan import ChannelPlan
 from ..caching.presets import PRESETS
 from ..caching.store import MANIFEST_NAME, CacheStore
 from ..camplace.camera import CachingCamera
@@ -33,6 +34,7 @@ class CacheState:
         placed: what was placed last.
         cameras: the cache's, finished or not.
         largest: the highest resolution that they may have, texels along a side.
+        plan: what it holds of each material; None without a cache.
     """
 
     summary: str
@@ -42,6 +44,7 @@ class CacheState:
     placed: tuple[CachingCamera, ...] = ()
     cameras: tuple[CachingCamera, ...] = ()
     largest: int = RESOLUTIONS[-1]
+    plan: ChannelPlan | None = None
 
 
 _last: tuple[tuple[Path, int, int], CacheState] | None = None
@@ -119,4 +122,5 @@ def _read(folder: Path, *, placed: bool) -> CacheState:
         placed=_read_placed(folder, placed=placed),
         cameras=manifest.cameras,
         largest=PRESETS[preset].max_resolution if preset in PRESETS else RESOLUTIONS[-1],
+        plan=store.plan,
     )

@@ -8,6 +8,8 @@ from typing import Any
 
 import bpy
 
+from .surface_edit_watch import OWNERS, is_edit_alone
+
 _SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
 # An edit of a node tree is listed for its owner too: a light, a world or a material.
 _SHADING = (bpy.types.Material, bpy.types.Texture, bpy.types.Image)
@@ -22,12 +24,14 @@ class SceneChanges:
         lights: lights moved, changed, came or went: their layers are redone.
         world: the world's shading changed.
         materials: shading changed that is baked: the cache may be stale.
+        edits: surface edits may have changed: every layer is redone if they have.
     """
 
     geometry: bool = False
     lights: bool = False
     world: bool = False
     materials: bool = False
+    edits: bool = False
 
     def __or__(self, other: SceneChanges) -> SceneChanges:
         return SceneChanges(
@@ -35,10 +39,11 @@ class SceneChanges:
             self.lights or other.lights,
             self.world or other.world,
             self.materials or other.materials,
+            self.edits or other.edits,
         )
 
     def __bool__(self) -> bool:
-        return self.geometry or self.lights or self.world or self.materials
+        return self.geometry or self.lights or self.world or self.materials or self.edits
 
 
 NOTHING = SceneChanges()
@@ -57,12 +62,14 @@ def read_changes(depsgraph: Any) -> SceneChanges:
 
 def _of_update(update: Any) -> SceneChanges:  # noqa: PLR0911 - one case for each type of ID
     changed = update.id
+    if isinstance(changed, OWNERS) and is_edit_alone(changed):
+        return SceneChanges(edits=True)
     if isinstance(changed, bpy.types.Object):
         moved = update.is_updated_transform
         if changed.type == "LIGHT":
             return SceneChanges(lights=True)
         if changed.type in _SHAPES:
-            return SceneChanges(geometry=moved or update.is_updated_geometry)
+            return SceneChanges(geometry=moved or update.is_updated_geometry, edits=True)
         # An empty or an armature may instance or carry others.
         instances = changed.instance_type != "NONE" and moved
         return SceneChanges(geometry=instances, lights=instances)
@@ -71,7 +78,7 @@ def _of_update(update: Any) -> SceneChanges:  # noqa: PLR0911 - one case for eac
     if isinstance(changed, bpy.types.World):
         return SceneChanges(world=True)
     if isinstance(changed, _SHADING):
-        return SceneChanges(materials=True)
+        return SceneChanges(materials=True, edits=True)
     return NOTHING
 
 

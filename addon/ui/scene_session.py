@@ -14,6 +14,7 @@ from ..relight.session import RelightSession
 from ..relight.shadow_frustum import ShadowSettings
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_reader import read_lights
+from ..scene.surface_edit_reader import read_surface_edits
 from ..scene.world import World
 from ..scene.world_reader import read_world
 from .cache_folder import cache_folder
@@ -59,7 +60,7 @@ class SceneSession:
         self.set_shadows(depsgraph.scene)
         self._warnings = {"geometry": self._geometry.warnings}
         self._check(state)
-        self.update(depsgraph, SceneChanges(lights=True, world=True))
+        self.update(depsgraph, SceneChanges(lights=True, world=True, edits=True))
 
     def set_shadows(self, scene: Any) -> None:
         """Find shadows the way that a `bpy.types.Scene` says."""
@@ -79,6 +80,8 @@ class SceneSession:
             mix = depsgraph.scene.relume
             self.session.set_muted(world=mix.mute_world, emission=mix.mute_emission)
             self._warnings["lights"] = tuple(text for light in lights for text in light.warnings)
+        if changes.edits:
+            self.session.set_surface_edits(read_surface_edits(depsgraph))
         if changes.world:
             self._set_world(read_world(depsgraph))
 

@@ -48,6 +48,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--mute", nargs="+", metavar="LIGHT", default=[], help="leave these lights out"
     )
+    parser.add_argument(
+        "--surfaces", type=Path, metavar="SURFACES.json",
+        help="changes to what materials and objects look like, by their names",
+    )  # fmt: skip
     arguments.add_view(parser)
 
 
@@ -62,6 +66,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 
     load_blender()
     from addon.relight.edits import applied_edits, read_edits
+    from addon.relight.surface_edits_file import NO_CHANGES, read_surface_changes
 
     from ..display import write_display_png
     from ..picture_file import write_exr
@@ -75,6 +80,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     )
 
     edits = read_edits(args.lights) if args.lights is not None else {}
+    changes = read_surface_changes(args.surfaces) if args.surfaces is not None else NO_CHANGES
     progress(0.0, f"opening {args.scene.name}")
     scene = open_scene(args.scene)
     if args.frame is not None:
@@ -84,6 +90,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         arrays = mixed(read_scene(scene), args.solo, args.mute)
         view = read_views(scene, [args.camera], args.size)[0]
     require_light(scene, arrays)
+    shown = arrays.geometry
+    surface_edits = changes.over(arrays.surface_edits, shown.material_names, shown.object_names)
     progress(0.15, f"loading {args.cache}")
     session = open_session(
         arrays,
@@ -93,6 +101,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         split_lobes=args.lobes and suffix == ".exr",
         shadows=args.shadows,
     )
+    session.set_surface_edits(surface_edits)
     session.set_view(view)
     started = time.monotonic()
     picture = session.render(part_of(progress, 0.4, 0.95))

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surface edits in Properties › Material and Properties › Object."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import fields
+from typing import Any
+
+import bpy
+
+from ..caching.surface_edit_reach import out_of_reach
+from ..scene.surface_edit import SurfaceEdit, SurfaceEdits
+from ..scene.surface_edit_reader import EDIT_NAME, surface_edit
+from .cache_state import read_cache_state
+from .engine import ENGINE
+
+# Types of objects whose surfaces are shown.
+_SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
+# Letters in a line of a panel of the usual width; labels do not wrap by themselves.
+_LETTERS = 44
+
+
+class RELUME_OT_reset_surface_edit(bpy.types.Operator):
+    """Takes an edit off."""
+
+    bl_idname = "relume.reset_surface_edit"
+    bl_label = "Reset Surface Edit"
+    bl_description = "Take off what is edited about the surfaces of this material or object"
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    __annotations__ = {
+        "of": bpy.props.EnumProperty(
+            items=(("material", "Material", ""), ("object", "Object", "")), options={"HIDDEN"}
+        )
+    }
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.object is not None or getattr(context, "material", None) is not None
+
+    def execute(self, context: Any) -> set[str]:
+        block = context.object
+        if self.of == "material":
+            block = getattr(context, "material", None) or context.object.active_material
+        if block is None:
+            return {"CANCELLED"}
+        for each in fields(SurfaceEdit):
+            getattr(block, EDIT_NAME).property_unset(each.name)
+        return {"FINISHED"}
+
+
+class _EditPanel:
+    bl_label = "Surface Edit"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+
+    def draw_edit(self, block: Any, of: str, limits: Iterator[str]) -> None:
+        """The properties of a block's edit, and what is to be known of it."""
+        layout: Any = self.layout  # type: ignore[attr-defined] # Blender's own
+        layout.use_property_split = True
+        group = getattr(block, EDIT_NAME)
+        column = layout.column(align=True)
+        column.prop(group, "gain")
+        column.prop(group, "tint")
+        column = layout.column(align=True)
+        column.prop(group, "roughness")
+        column.prop(group, "roughness_offset")
+        column = layout.column(align=True)
+        column.prop(group, "specular")
+        column.prop(group, "specular_tint", text="Tint")
+        layout.prop(group, "emission")
+        if surface_edit(block).is_neutral:
+            return
+        layout.operator("relume.reset_surface_edit", text="Reset", icon="LOOP_BACK").of = of
+        box = layout.box().column(align=True)
+        for sentence in ("Shown by Relume alone: Cycles renders the surface without it", *limits):
+            icon = "INFO"
+            for line in textwrap.wrap(sentence, _LETTERS):
+                box.label(text=line, icon=icon)
+                icon = "BLANK1"
+
+
+class RELUME_PT_material_edit(_EditPanel, bpy.types.Panel):
+    """What is changed about a material while it is relit."""
+
+    bl_context = "material"
+    bl_parent_id = "RELUME_PT_material"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine == ENGINE and context.material is not None
+
+    def draw(self, context: Any) -> None:
+        self.draw_edit(context.material, "material", self._limits(context))
+
+    def _limits(self, context: Any) -> Iterator[str]:
+        plan = read_cache_state(context.scene).plan
+        if plan is None:
+            return
+        name = context.material.name_full
+        edits = SurfaceEdits({name: surface_edit(context.material)})
+        for sentence in out_of_reach(plan, edits):
+            text = sentence.removeprefix(f"material '{name}': ")
+            yield text[:1].upper() + text[1:]
+
+
+class RELUME_PT_object_edit(_EditPanel, bpy.types.Panel):
+    """What is changed about an object's surfaces while it is relit."""
+
+    bl_label = "Relume Surface Edit"
+    bl_context = "object"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return (
+            context.engine == ENGINE
+            and context.object is not None
+            and context.object.type in _SHAPES
+        )
+
+    def draw(self, context: Any) -> None:
+        self.draw_edit(context.object, "object", iter(()))
+
+
+CLASSES = (RELUME_OT_reset_surface_edit, RELUME_PT_material_edit, RELUME_PT_object_edit)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+
+
+def unregister() -> None:
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -5,6 +5,7 @@
 # make extension   dist/relume-*.zip, to be installed in Blender
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
 # make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
+# make bench-relight   a light edit beside Cycles and EEVEE, and what lights and triangles cost
 # make bench-caching BENCH_ARGS="A.blend B.blend"   sizes of caches, what they cost, and bake times
 #
 # Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
@@ -15,7 +16,7 @@ READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
 .PHONY: demo test lint extension bench-placement bench-placement-quality \
-	bench-caching machine clean
+	bench-caching bench-relight machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -41,6 +42,9 @@ bench-placement-quality: $(READY)
 
 bench-caching: $(READY) machine
 	$(RUN) -m benchmarks.caching $(BENCH_ARGS)
+
+bench-relight: $(READY) machine
+	$(RUN) -m benchmarks.relight $(BENCH_ARGS)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

@@ -16,12 +16,17 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from addon.relight.session import RelightSession
+    from addon.scene.light import Light
 
 # What every renderer is shown: the key light here, and a little brighter.
 KEY_SHIFT = (0.6, -0.4, 0.3)
@@ -40,9 +45,9 @@ def edits(  # noqa: PLR0917 - the words of one command line
 ) -> dict[str, Any]:
     """Median seconds from an edit of the key light to its picture, in a running session.
 
-    The key light moves to and fro: its shadow and its layer are new every time, and the picture
-    is read back in part so that the GPU has surely drawn it. Pictures of more and more samples
-    at the place that the other renderers are shown are written to FOLDER.
+    The key light moves to and fro: its shadow and its layer are new every time, and a pixel of
+    the picture is read back, so that the GPU has surely drawn it. The picture after an edit, and
+    the refined one, are written to FOLDER, with the key light where the other renderers see it.
     """
     from tools.picture_file import write_exr
     from tools.relit import open_session, read_scene, read_views
@@ -50,63 +55,107 @@ def edits(  # noqa: PLR0917 - the words of one command line
     opened = _open(scene_path)
     arrays = read_scene(opened)
     started = time.perf_counter()
-    session = open_session(arrays, Path(cache), 16)
+    session = open_session(arrays, Path(cache), 16, shadows=shadows)  # type: ignore[arg-type]
     loaded = time.perf_counter() - started
     (view,) = read_views(opened, [None], _size(size))
     session.set_view(view)
-    lights = {light.name: light for light in arrays.lights}
-    key = lights["Key"]
-
-    def wait() -> None:
-        texture = session.draw_combined()
-        _finished(texture)
-
-    def shown(shift: float) -> None:
-        moved = key.world_from_light.copy()
-        moved[:3, 3] += np.array(KEY_SHIFT) * shift
-        lights["Key"] = replace(key, world_from_light=moved)
-        session.set_lights([*lights.values()])
-
-    def first_picture(shift: float) -> None:
-        """One sample of the key light over what the others show."""
-        shown(shift)
-        session.step()
-        wait()
-
-    def recolored(factor: float) -> None:
-        lights["Key"] = replace(lights["Key"], energy=key.energy * factor)
-        session.set_lights([*lights.values()])
-        wait()
-
+    desk = LightDesk(session, arrays.lights)
     started = time.perf_counter()
-    while session.samples_done < 1 and session.step():
-        pass
-    wait()
+    desk.full_picture()
     first_view = time.perf_counter() - started
-    # The others refine to the end; the edits are timed against a still picture.
-    while session.step():
-        pass
-    wait()
-    shape = _medians(first_picture, [0.01 * (k + 1) for k in range(int(runs))])
-    color = _medians(recolored, [1.0 + 0.01 * k for k in range(int(runs) + 2)])
-    shown(1.0)
-    refined = {}
-    started = time.perf_counter()
-    while session.step():
-        done = session.samples_done
-        if done in (1, 2, 4, 8, 16, 32, 64) and str(done) not in refined:
-            wait()
-            refined[str(done)] = time.perf_counter() - started
-    write_exr(Path(folder) / f"relume-{shadows}.exr", session.render().combined)
+    # Refined to the end, so that edits are timed against a still picture.
+    desk.refine()
+    shifts = [0.01 * (k + 1) for k in range(int(runs) + 2)]
+    coarse = _medians(desk.coarse_edit, shifts)
+    shape = _medians(desk.full_edit, shifts)
+    desk.refine()
+    color = _medians(desk.color_edit, [1.0 + shift for shift in shifts])
+    desk.refine()
+    desk.full_edit(1.0)
+    write_exr(Path(folder) / f"relume-{shadows}-1.exr", desk.picture())
+    desk.move(1.0)
+    refined = desk.refine()
+    write_exr(Path(folder) / f"relume-{shadows}-16.exr", desk.picture())
     return {
         "triangles": len(arrays.geometry),
         "lights": len(arrays.lights),
         "load_s": loaded,
         "first_view_s": first_view,
+        "coarse_s": coarse,
         "shape_s": shape,
         "color_s": color,
         "refined_s": refined,
     }
+
+
+class LightDesk:
+    """Edits a session's key light and waits for the pictures.
+
+    Args:
+        session: with a view.
+        lights: its lights, one of which is "Key".
+    """
+
+    def __init__(self, session: RelightSession, lights: Sequence[Light]) -> None:
+        from addon.relight.fence import Fence
+
+        self._session = session
+        self._fence = Fence()
+        self._lights = {light.name: light for light in lights}
+        self._key = self._lights["Key"]
+
+    def move(self, share: float) -> None:
+        """Put the key light at a share of the way to where other renderers see it."""
+        moved = self._key.world_from_light.copy()
+        moved[:3, 3] += np.array(KEY_SHIFT) * share
+        self._set(replace(self._lights["Key"], world_from_light=moved))
+
+    def coarse_edit(self, share: float) -> None:
+        """Move it; whatever is shown first."""
+        self.move(share)
+        self._session.step()
+        self._wait()
+
+    def full_edit(self, share: float) -> None:
+        """Move it; one sample at every pixel, over what the other lights show."""
+        self.move(share)
+        self.full_picture()
+
+    def color_edit(self, factor: float) -> None:
+        """Make it so many times brighter than it was at first."""
+        self._set(replace(self._lights["Key"], energy=self._key.energy * factor))
+        self._wait()
+
+    def full_picture(self) -> None:
+        """Draw until nothing is coarse."""
+        while self._session.shown_stride != 1:
+            self._session.step()
+        self._wait()
+
+    def refine(self) -> dict[str, float]:
+        """Draw all samples; the seconds until some numbers of them were there."""
+        seconds: dict[str, float] = {}
+        started = time.perf_counter()
+        while self._session.step():
+            done = self._session.samples_done
+            if done.bit_count() == 1 and str(done) not in seconds:
+                self._wait()
+                seconds[str(done)] = time.perf_counter() - started
+        return seconds
+
+    def picture(self) -> NDArray[np.float32]:
+        """(H, W, 4) what is shown."""
+        from addon.glsl.shader import read_texture
+
+        return read_texture(self._session.draw_combined())
+
+    def _set(self, key: Light) -> None:
+        self._lights["Key"] = key
+        self._session.set_lights([*self._lights.values()])
+
+    def _wait(self) -> None:
+        """Draw the sum, and wait until the GPU has done so."""
+        self._fence.wait(self._session.draw_combined())
 
 
 def cycles(scene_path: str, size: str, samples: str, folder: str) -> dict[str, Any]:
@@ -219,15 +268,6 @@ def _medians(act: Callable[[float], None], values: list[float]) -> float:
         act(value)
         times.append(time.perf_counter() - started)
     return float(np.median(times[2:]))
-
-
-def _finished(texture: Any) -> None:
-    """Wait until the GPU has drawn a texture."""
-    from addon.glsl.shader import framebuffer
-
-    target = framebuffer([texture])
-    with target.bind():
-        target.read_color(0, 0, 1, 1, 4, 0, "FLOAT")
 
 
 STEPS = {step.__name__: step for step in (scene, edits, cycles, truth, eevee, errors)}

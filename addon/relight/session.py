@@ -33,6 +33,7 @@ from ..scene.light import Light
 from ..scene.surface_edit import SurfaceEdits
 from ..scene.view import View
 from ..scene.world import World
+from .fence import Fence
 from .frame_graph import FrameGraph, FramePass
 from .frame_passes import (
     EMISSION_LAYER,
@@ -144,6 +145,7 @@ class RelightSession:
         self._view: View | None = None
         self._graph = FrameGraph(frame_passes((), has_emission=self._has_emission))
         self._mix = LightMix()
+        self._fence = Fence()
         self._coarse = self._stack(1, COARSE_STRIDE)
         self._preview = self._stack(1)
         self._refined = self._stack(samples)
@@ -244,6 +246,14 @@ class RelightSession:
         done = self._refined.next_sample(self._wanted())
         return self._refined.count if done is None else done
 
+    @property
+    def shown_stride(self) -> int:
+        """View pixels along the side of a pixel of the coarsest layer that is shown; 0 while some
+        layer has nothing to show yet."""
+        self._require_layers()
+        shown = [self._shown(name) for name in self._wanted()]
+        return 0 if None in shown else max(each[0].stride for each in shown if each is not None)
+
     def step(self) -> bool:
         """Do the next bit of work toward a finished picture; False when there is none.
 
@@ -256,7 +266,7 @@ class RelightSession:
             name = stack.advance(self._wanted(), self._drawer(stack), self._edited)
             if name is None:
                 continue
-            _finish(stack[name])
+            self._fence.wait(stack[name].textures[0])
             took = time.perf_counter() - start
             if stack is self._preview:
                 # A pass's first time is that of its shader's compilation.
@@ -474,8 +484,3 @@ class RelightSession:
                 )
 
         return draw
-
-
-def _finish(layer: LightLayer) -> None:
-    """Wait until the GPU has drawn a layer: drawing commands return before that."""
-    layer.target.read_color(0, 0, 1, 1, 4, 0, "FLOAT")

@@ -7,6 +7,7 @@
 # make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
 # make bench-relight   a light edit beside Cycles and EEVEE, and what lights and triangles cost
 # make bench-caching BENCH_ARGS="A.blend B.blend"   sizes of caches, what they cost, and bake times
+# make write-back  lights' controls in Relume and written back to Cycles: out/write_back/
 #
 # Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
 
@@ -16,7 +17,7 @@ READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
 .PHONY: demo test lint extension bench-placement bench-placement-quality \
-	bench-caching bench-relight machine clean
+	bench-caching bench-relight write-back machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -45,6 +46,9 @@ bench-caching: $(READY) machine
 
 bench-relight: $(READY) machine
 	$(RUN) -m benchmarks.relight $(BENCH_ARGS)
+
+write-back: $(READY) machine
+	$(RUN) -m benchmarks.write_back $(BENCH_ARGS)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

@@ -18,6 +18,7 @@ class CyclesStage:
     Attributes:
         scene: the `bpy.types.Scene`.
         light: the object of its only light.
+        objects: (H, W) float32 of the last picture, a number for each object.
     """
 
     def __init__(self, kind: str, folder: Path, size: int = 64) -> None:
@@ -46,6 +47,7 @@ class CyclesStage:
             self.scene.collection.objects.link(obj)
         self.scene.camera = camera
         self._set_up(size)
+        self.objects: NDArray[np.float32] = np.zeros((size, size), dtype=np.float32)
 
     def _set_up(self, size: int) -> None:
         from tools.reference import prepare
@@ -77,6 +79,7 @@ class CyclesStage:
             ]
             return np.stack(found, axis=-1).astype(np.float64)
 
+        self.objects = next(v for k, v in picture.extra.items() if k.endswith(".Object Index.X"))
         return picture.rgb.astype(np.float64), of("Position"), of("Normal")
 
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from typing import Any
 
 import bpy
@@ -16,6 +15,7 @@ from .cache_state import CacheState, read_cache_state, with_changes
 from .camera_changes import camera_changes
 from .engine import ENGINE
 from .operators import camera_layer
+from .panel_text import characters_across, draw_text
 
 # The fields that count for each kind of budget, and what they are called beside it.
 BUDGET_FIELDS = {
@@ -25,12 +25,6 @@ BUDGET_FIELDS = {
 }
 # A longer list would push everything else out of the panel.
 MOST_LINES = 8
-# Mean width of a letter in Blender's interface font at a scale of 1, in pixels.
-CHARACTER_WIDTH = 6.2
-# What a line in the box loses to margins and its icon, in the same unit; and the fewest letters
-# that it still makes sense to break a line at.
-MARGIN = 65.0
-MOST_NARROW = 16
 
 
 class _RenderPanel:
@@ -73,9 +67,7 @@ class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
             row.operator("relume.place", icon="OUTLINER_OB_CAMERA")
             row.operator("relume.bake", icon="RENDER_STILL")
         _draw_cameras(layout, context)
-        scale = context.preferences.system.ui_scale
-        room = context.region.width / scale - MARGIN
-        characters = max(MOST_NARROW, int(room / CHARACTER_WIDTH))
+        characters = characters_across(context)
         state = read_cache_state(context.scene)
         graph = context.view_layer.depsgraph
         if graph is not None:
@@ -115,23 +107,16 @@ def _draw_cameras(layout: Any, context: Any) -> None:
 def draw_state(layout: Any, state: CacheState, characters: int) -> None:
     """Say what the cache holds, in lines of at most so many characters."""
     box = layout.box().column(align=True)
-    _draw_text(box, state.summary, state.icon, characters)
+    draw_text(box, state.summary, state.icon, characters)
     for line in state.details:
-        _draw_text(box, line, "BLANK1", characters)
+        draw_text(box, line, "BLANK1", characters)
     if state.approximations:
         box.label(text="Shown approximately:", icon="INFO")
         for text in state.approximations[:MOST_LINES]:
-            _draw_text(box, text, "DOT", characters)
+            draw_text(box, text, "DOT", characters)
         more = len(state.approximations) - MOST_LINES
         if more > 0:
             box.label(text=f"and {more} more", icon="BLANK1")
-
-
-def _draw_text(column: Any, text: str, icon: str, characters: int) -> None:
-    """Labels do not wrap by themselves."""
-    for line in textwrap.wrap(text, characters):
-        column.label(text=line, icon=icon)
-        icon = "BLANK1"
 
 
 class RELUME_PT_sampling(_RenderPanel, bpy.types.Panel):

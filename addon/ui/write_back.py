@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -23,6 +24,8 @@ from .write_back_filters import transmission
 
 # Shaders that hand on what others emit.
 _HANDING_ON = {"ShaderNodeAddShader", "ShaderNodeMixShader", "NodeReroute"}
+# Of a slide's pixels in a digest, about.
+_ROWS_TOLD = 64
 _VISIBILITIES = ("visible_diffuse", "visible_glossy")
 
 
@@ -92,6 +95,11 @@ def is_current(data: Any, controls: LightControls) -> bool:
     )
 
 
+def are_animated(data: Any) -> bool:
+    """Whether any of a light's controls move; what is written stands still, but for blockers."""
+    return any(curve.data_path.startswith("relume.") for curve in _curves(data))
+
+
 def controls_digest(controls: LightControls) -> str:
     """Digits that tell controls apart in what becomes nodes; blockers follow their objects."""
     digest = hashlib.sha256()
@@ -100,12 +108,13 @@ def controls_digest(controls: LightControls) -> str:
         digest.update(repr(part).encode())
     if c.slide is not None:
         slide = c.slide
-        digest.update(np.ascontiguousarray(slide.pixels))
-        parts = (slide.image, slide.use, slide.density, slide.scale, slide.offset)
-        digest.update(repr((*parts, slide.rotation, slide.blur, slide.repeat)).encode())
+        digest.update(f"{slide.pixels.shape}".encode())
+        # Panels ask at every drawing: some rows tell most edits of a picture.
+        step = max(1, len(slide.pixels) // _ROWS_TOLD)
+        digest.update(np.ascontiguousarray(slide.pixels[::step, ::step]))
+        digest.update(repr(replace(slide, pixels=slide.pixels[:0])).encode())
     for blocker in c.blockers:
-        parts_of = (blocker.name, blocker.outline, blocker.density, blocker.color)
-        digest.update(repr(parts_of).encode())
+        digest.update(repr(replace(blocker, world_from_blocker=np.eye(4))).encode())
     return digest.hexdigest()[:16]
 
 
@@ -179,17 +188,23 @@ def _insert(data: Any, emission: Any, group: Any) -> None:
 
 
 def _is_animated(socket: Any) -> bool:
-    animation = socket.id_data.animation_data
-    if animation is None:
-        return False
     path = socket.path_from_id("default_value")
-    curves = list(animation.drivers)
-    if animation.action is not None and animation.action_slot is not None:
-        for layer in animation.action.layers:
-            for strip in layer.strips:
-                bag = strip.channelbag(animation.action_slot)
-                curves += list(bag.fcurves) if bag is not None else []
-    return any(curve.data_path == path for curve in curves)
+    return any(curve.data_path == path for curve in _curves(socket.id_data))
+
+
+def _curves(block: Any) -> Iterator[Any]:
+    """The F-curves and drivers that animate a data-block."""
+    animation = block.animation_data
+    if animation is None:
+        return
+    yield from animation.drivers
+    if animation.action is None or animation.action_slot is None:
+        return
+    for layer in animation.action.layers:
+        for strip in layer.strips:
+            bag = strip.channelbag(animation.action_slot)
+            if bag is not None:
+                yield from bag.fcurves
 
 
 def _discard(group: Any) -> None:

@@ -194,6 +194,7 @@ class GatherPass:
             values=tuple(targets[1:]),
             material_table=self._pages.material_table,
             layout=self._pages.surface_layout,
+            objects=visible.objects,
         )
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
-from ..glsl.triangles import depth_tested, triangle_batch
+from ..glsl.triangles import depth_tested, triangle_batch, vertex_buffer
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.geometry import Cutout, SceneGeometry
 
@@ -31,14 +32,18 @@ class RasterProgram:
 
     opaque: ShaderProgram
     cutout: ShaderProgram | None
+    with_objects: bool = False
 
 
-def build_raster_program(description: PassShader, with_cutouts: bool) -> RasterProgram:
+def build_raster_program(
+    description: PassShader, with_cutouts: bool, with_objects: bool = False
+) -> RasterProgram:
     """Complete a pass's description with the geometry's vertex stage, and compile it.
 
     The fragment shader finds `local_position` (vec3), `surface_normal` (vec3, unit, by the
-    triangle's winding) and `surface_material` (int), and calls `cut_away()` first, which
-    discards the fragment where the material's mask says so.
+    triangle's winding), `surface_material` (int) and, `with_objects`, `surface_object` (int,
+    HAS_OBJECT_ID is defined), and calls `cut_away()` first, which discards the fragment where
+    the material's mask says so.
     """
     plain = replace(
         description,
@@ -52,6 +57,14 @@ def build_raster_program(description: PassShader, with_cutouts: bool) -> RasterP
         blocks=(RASTER_BLOCK, *description.blocks),
         library=("cutout", *description.library),
     )
+    if with_objects:
+        plain = replace(
+            plain,
+            name=f"{plain.name}_object",
+            vertex_in=(*plain.vertex_in, ("INT", "object_id")),
+            varyings=(*plain.varyings, Varying("flat", "INT", "surface_object")),
+            defines=(*plain.defines, ("HAS_OBJECT_ID", "1")),
+        )
     masked = replace(
         plain,
         name=f"{plain.name}_cutout",
@@ -61,18 +74,39 @@ def build_raster_program(description: PassShader, with_cutouts: bool) -> RasterP
         samplers=(*plain.samplers, ("cutout_alpha", "FLOAT_2D")),
         defines=(*plain.defines, ("HAS_CUTOUT", "1")),
     )
-    return RasterProgram(plain.build(), masked.build() if with_cutouts else None)
+    return RasterProgram(plain.build(), masked.build() if with_cutouts else None, with_objects)
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Triangles that are drawn in one call."""
+    """Triangles that are drawn in one call.
+
+    Attributes:
+        run_end, run_object: (R,) int64, runs of triangles of one object: where each ends, and
+            whose it is.
+    """
 
     batch: Any
+    run_end: NDArray[np.int64]
+    run_object: NDArray[np.int64]
     camera_visible: bool
     shadow_visible: bool
     cutout: Cutout | None
     mask: Any
+
+    @cached_property
+    def batch_with_objects(self) -> Any:
+        """The same with the attribute `object_id`: made when it is first needed."""
+        ids = np.repeat(self.run_object, 3 * np.diff(self.run_end, prepend=0))
+        self.batch.vertbuf_add(vertex_buffer({"object_id": ids.astype(np.int32)[:, None]}))
+        return self.batch
+
+    def ranges(self, objects: NDArray[np.bool_]) -> list[tuple[int, int]]:
+        """(first, end) triangle of each stretch that shows some objects."""
+        shown = np.concatenate([[False], objects[self.run_object], [False]])
+        changes = np.flatnonzero(shown[1:] != shown[:-1]).reshape(-1, 2)
+        ends = np.append(0, self.run_end)
+        return [(int(first), int(end)) for first, end in ends[changes]]
 
 
 class GeometryBuffer:
@@ -107,6 +141,7 @@ class GeometryBuffer:
             self._groups.append(
                 _Group(
                     batch=_batch(geometry, local, chosen, cutout_used is not None),
+                    **_runs(geometry.object_id[chosen]),
                     camera_visible=bool(key & 2),
                     shadow_visible=bool(key & 1),
                     cutout=cutout_used,
@@ -126,6 +161,8 @@ class GeometryBuffer:
         audience: Audience,
         textures: Mapping[str, Any] | None = None,
         uniforms: Mapping[str, Mapping[str, Any]] | None = None,
+        *,
+        objects: NDArray[np.bool_] | None = None,
     ) -> None:
         """Draw all triangles that `audience` sees into the bound framebuffer.
 
@@ -135,13 +172,14 @@ class GeometryBuffer:
             audience: who looks.
             textures: what the pass declares beyond the geometry's own.
             uniforms: likewise.
+            objects: which of `SceneGeometry.object_names` are drawn; None for all.
         """
         textures = dict(textures or {})
         uniforms = {"raster": {"clip_from_local": clip_from_local}, **(uniforms or {})}
         with depth_tested():
             for group in self._groups:
                 if group.camera_visible if audience == "camera" else group.shadow_visible:
-                    _draw_group(group, program, textures, uniforms)
+                    _draw_group(group, program, textures, uniforms, objects)
 
 
 def _draw_group(
@@ -149,18 +187,44 @@ def _draw_group(
     program: RasterProgram,
     textures: Mapping[str, Any],
     uniforms: Mapping[str, Mapping[str, Any]],
+    objects: NDArray[np.bool_] | None,
 ) -> None:
+    ranges = None if objects is None else group.ranges(objects)
+    if ranges == []:
+        return
+    shader = _bind_group(group, program, textures, uniforms)
+    batch = group.batch_with_objects if program.with_objects else group.batch
+    if ranges is None:
+        batch.draw(shader)
+        return
+    for first, end in ranges:
+        batch.draw_range(shader, elem_start=3 * first, elem_count=3 * (end - first))
+
+
+def _bind_group(
+    group: _Group,
+    program: RasterProgram,
+    textures: Mapping[str, Any],
+    uniforms: Mapping[str, Mapping[str, Any]],
+) -> Any:
+    """The shader that draws a group, bound."""
     if group.cutout is None:
         program.opaque.bind(textures, uniforms)
-        group.batch.draw(program.opaque.shader)
-        return
+        return program.opaque.shader
     if program.cutout is None:
         raise ValueError("the pass was built without cut-outs, but the scene has some")
     extension = _EXTENSION_CODE[group.cutout.extension]
     program.cutout.bind(
         {**textures, "cutout_alpha": group.mask}, {**uniforms, "cutout": {"extension": extension}}
     )
-    group.batch.draw(program.cutout.shader)
+    return program.cutout.shader
+
+
+def _runs(object_id: NDArray[np.int32]) -> dict[str, NDArray[np.int64]]:
+    """The runs of a `_Group` whose triangles are of these objects."""
+    changes = np.flatnonzero(object_id[1:] != object_id[:-1]) + 1
+    ends = np.append(changes, len(object_id)).astype(np.int64)
+    return {"run_end": ends, "run_object": object_id[ends - 1].astype(np.int64)}
 
 
 def _batch(

@@ -33,6 +33,8 @@ class SurfaceBuffer:
         values: the channels that vary, as `layout` has them.
         material_table: the channels that are constant over a material, and the means of others.
         layout: what lies where.
+        objects: R32F, 1 + index into `SceneGeometry.object_names`, 0 where nothing is hit; None
+            where nobody asked for it.
     """
 
     width: int
@@ -45,6 +47,7 @@ class SurfaceBuffer:
     values: tuple[Texture, ...]
     material_table: Texture
     layout: SurfaceLayout
+    objects: Texture | None = None
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""

@@ -19,8 +19,8 @@ from ..caching.plan import ChannelPlan
 from ..glsl.shader import Samplers, source
 
 # Textures that a pass reads beside the surfaces' values: position, normal, material table, three
-# albedo tables, and two of the world.
-OTHER_TEXTURES = 8
+# albedo tables; of a light its shadow map, the objects seen and their weights, of the world two.
+OTHER_TEXTURES = 9
 
 # Rows of the material table that one edit takes; see surface_edit.glsl.
 EDIT_ROWS = 3

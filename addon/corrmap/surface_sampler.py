@@ -28,9 +28,10 @@ from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
 from .tile_pages import CACHE_BUDGET, TilePages, upload_tiles
-from .visible_surface import VisibleSurfacePass
+from .visible_surface import VisibleSurface, VisibleSurfacePass
 
 _BYTES_PER_RGBA32F = 16
+_BYTES_PER_R32F = 4
 
 # How far the eye may go from local space's origin, in widths of the nearest clip distance:
 # float32 then still has a thousandth of that distance for its spacing.
@@ -164,8 +165,12 @@ class SurfaceSampler:
             self._build(view)
         return True
 
-    def sample(self, index: int) -> SurfaceBuffer:
+    def sample(self, index: int, *, with_objects: bool = False) -> SurfaceBuffer:
         """Sample `index` of the current view; sample 0 is at the pixels' centres.
+
+        Args:
+            index: which.
+            with_objects: whether it must have its `objects`.
 
         Raises:
             RuntimeError: no view was set yet.
@@ -174,15 +179,21 @@ class SurfaceSampler:
             raise RuntimeError("set a view before sampling it")
         surface = self._samples.get(index)
         if surface is None:
-            surface = self._gathered(index, self._view)
+            surface = self._gathered(index, self._view, with_objects)
+        elif with_objects and surface.objects is None:
+            visible = self._visible(index, self._view, with_objects)
+            surface = self._samples[index] = replace(surface, objects=visible.objects)
         if self._layout is self._pages.surface_layout:
             return surface
         return replace(surface, material_table=self._material_table, layout=self._layout)
 
-    def _gathered(self, index: int, view: View) -> SurfaceBuffer:
-        """A sample as the cache has it, kept if there is room."""
+    def _visible(self, index: int, view: View, with_objects: bool) -> VisibleSurface:
         x, y = pixel_offsets(view.pixel_filter, 1, first=index)[0]
-        visible = self._visible_pass.draw(view, (float(x), float(y)))
+        return self._visible_pass.draw(view, (float(x), float(y)), with_objects=with_objects)
+
+    def _gathered(self, index: int, view: View, with_objects: bool) -> SurfaceBuffer:
+        """A sample as the cache has it, kept if there is room."""
+        visible = self._visible(index, view, with_objects)
         correspondence = self._correspondence_pass.draw(visible)
         if self._pages.is_paged:
             self._pages.bring(correspondence.read())
@@ -192,7 +203,7 @@ class SurfaceSampler:
         # Position, geometric normal, values, and the correspondence map once.
         textures = 3 + self.layout.texture_count
         pixels = view.width * view.height * len(self._samples)
-        kept = pixels * textures * _BYTES_PER_RGBA32F
+        kept = pixels * (textures * _BYTES_PER_RGBA32F + with_objects * _BYTES_PER_R32F)
         if kept < self._memory_budget:
             self._samples[index] = surface
         return surface

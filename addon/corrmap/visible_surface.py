@@ -7,7 +7,7 @@ normal and material themselves, which costs nothing more and loses no precision.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ _PASS = PassShader(
     blocks=(_EYE_BLOCK,),
     outputs=(("VEC4", "visible_position"), ("VEC4", "visible_normal")),
 )
+_PASS_WITH_OBJECTS = replace(_PASS, outputs=(*_PASS.outputs, ("FLOAT", "visible_object")))
 
 
 @dataclass(frozen=True)
@@ -36,11 +37,13 @@ class VisibleSurface:
         normal: RGBA32F, xyz unit geometric normal that faces the viewer.
         eye: (4,) float64: the camera's local place with w = 1, or for a parallel projection
             the unit direction toward the camera with w = 0.
+        objects: R32F, 1 + object id (exact: fewer than 2^24), 0 for nothing; if asked for.
     """
 
     position: Texture
     normal: Texture
     eye: NDArray[np.float64]
+    objects: Texture | None = None
 
 
 class VisibleSurfacePass:
@@ -50,22 +53,32 @@ class VisibleSurfacePass:
         self._geometry = geometry
         self._program = build_raster_program(_PASS, geometry.has_cutouts)
 
-    def draw(self, view: View, offset: tuple[float, float] = (0.0, 0.0)) -> VisibleSurface:
+    def draw(
+        self,
+        view: View,
+        offset: tuple[float, float] = (0.0, 0.0),
+        *,
+        with_objects: bool = False,
+    ) -> VisibleSurface:
         """The surfaces at the pixels' centres, moved by `offset` pixels (x, y)."""
+        program, targets = self._program, []
+        if with_objects:
+            program = build_raster_program(_PASS_WITH_OBJECTS, self._geometry.has_cutouts, True)
+            targets.append(texture_2d(view.width, view.height, "R32F"))
         position = texture_2d(view.width, view.height)
         normal = texture_2d(view.width, view.height)
         depth = texture_2d(view.width, view.height, "DEPTH_COMPONENT32F")
         eye = local_eye(view, self._geometry.origin)
-        target = framebuffer([position, normal], depth)
+        target = framebuffer([position, normal, *targets], depth)
         with target.bind():
             target.clear(color=(0.0, 0.0, 0.0, 0.0), depth=1.0)
             self._geometry.draw(
-                self._program,
+                program,
                 clip_from_local(view, self._geometry.origin, offset),
                 "camera",
                 uniforms={"eye": {"place": eye}},
             )
-        return VisibleSurface(position, normal, eye)
+        return VisibleSurface(position, normal, eye, *targets)
 
 
 def local_eye(view: View, origin: NDArray[np.float64]) -> NDArray[np.float64]:

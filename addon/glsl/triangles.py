@@ -14,6 +14,11 @@ from numpy.typing import NDArray
 
 def triangle_batch(attributes: Mapping[str, NDArray[Any]]) -> Any:
     """A batch of triangles from attributes of (3 T, components) float32 or int32 each."""
+    return gpu.types.GPUBatch(type="TRIS", buf=vertex_buffer(attributes))
+
+
+def vertex_buffer(attributes: Mapping[str, NDArray[Any]]) -> Any:
+    """A buffer of attributes of (3 T, components) float32 or int32 each."""
     layout = gpu.types.GPUVertFormat()
     for name, values in attributes.items():
         is_integer = values.dtype.kind == "i"
@@ -29,7 +34,7 @@ def triangle_batch(attributes: Mapping[str, NDArray[Any]]) -> Any:
     for name, values in attributes.items():
         dtype = np.int32 if values.dtype.kind == "i" else np.float32
         vertices.attr_fill(name, np.ascontiguousarray(values, dtype=dtype))
-    return gpu.types.GPUBatch(type="TRIS", buf=vertices)
+    return vertices
 
 
 @contextmanager

@@ -17,6 +17,7 @@ from .albedo_pass import AlbedoTextures
 from .layer_stack import LightLayer
 from .light_contact import touches_surface
 from .light_edit import layer_tint
+from .light_objects import LightObjects
 from .light_pass import LightPass, lobe_parts
 from .light_sample import LightSample, light_sample
 from .shadow import Shadow
@@ -53,6 +54,7 @@ class LayerDrawing:
         self._sampler = sampler
         self._settings = shadows
         self._touching: dict[tuple[str, bool], bool] = {}
+        self._objects = LightObjects(sampler.geometry)
         self._pass: ShadowPass | None = None
         self._geometry: GeometryBuffer | None = None
         self._shadows = ShadowCache()
@@ -95,6 +97,7 @@ class LayerDrawing:
             self._geometry = self._sampler.geometry_buffer
             self._pass = ShadowPass(self._geometry, self._settings)
             self._traced = None
+            self._objects = LightObjects(self._sampler.geometry)
             self._shadows.clear()
 
     @property
@@ -107,7 +110,8 @@ class LayerDrawing:
     def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
         """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
         sample = self._light_sample(light, k, count)
-        surface = self._sampler.sample(k)
+        objects = self._objects.of(light).texture
+        surface = self._sampler.sample(k, with_objects=objects is not None)
         shadow: Shadow | None = None
         if light.use_shadow:
             caster = shadow_light(light, everywhere=self._settings.method == "traced")
@@ -121,6 +125,7 @@ class LayerDrawing:
             shadow=shadow,
             color=layer_tint(light),
             stride=stride,
+            objects=objects,
         )
 
     def emission(self, layer: LightLayer, k: int, stride: int) -> None:
@@ -161,14 +166,22 @@ class LayerDrawing:
         if self._settings.method == "traced":
             if self._traced is None:
                 self._traced = TracedShadowPass(self._sampler.geometry)
-            return self._traced.draw(surface, light, sample, stride=stride)
+            return self._traced.draw(
+                surface,
+                light,
+                sample,
+                stride=stride,
+                casters=self._objects.caster_triangles(light),
+                objects=self._objects.of(light).texture,
+            )
         return self._shadows.get(light.name, sample, lambda: self._shadow_map(light, sample))
 
     def _shadow_map(self, light: Light, sample: LightSample) -> ShadowMap:
         if self._pass is None:
             raise RuntimeError("set a view before drawing shadows")
         bounds = self._sampler.geometry.bounds
-        return self._pass.draw(light, sample, bounds, self._visible_receivers())
+        casters = self._objects.of(light).casters
+        return self._pass.draw(light, sample, bounds, self._visible_receivers(), casters)
 
     def _light_sample(
         self, light: Light, k: int, count: int, *, moved: bool = False
@@ -178,7 +191,8 @@ class LayerDrawing:
             return light_sample(light, k, count, per_receiver=True)
         key = (light.name, moved)
         if key not in self._touching:
-            self._touching[key] = touches_surface(light, self._sampler.geometry)
+            casters = self._objects.of(light).casters
+            self._touching[key] = touches_surface(light, self._sampler.geometry, casters)
         return light_sample(light, k, count, touching=self._touching[key])
 
     def _visible_receivers(self) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from ..scene.light import Light
 from ..scene.light_controls import NEUTRAL, ShadowControls
+from ..scene.light_linking import LightLinking
 from ..scene.same import is_same
 from .frame_passes import Part
 
@@ -67,6 +68,7 @@ def _caster(light: Light) -> Light:
         specular_factor=1.0,
         profile=None,
         controls=replace(NEUTRAL, shadow=kept),
+        linking=LightLinking(blockers=light.linking.blockers),
     )
 
 

@@ -26,6 +26,7 @@ from .light_filter import (
     kinds,
 )
 from .light_filters import LightFilters
+from .light_objects import OBJECT_SAMPLERS, object_textures
 from .light_sample import LightSample
 from .light_shape import cell, spot_cone, spread_cone
 from .shadow import Shadow, ShadowKind
@@ -68,6 +69,7 @@ class _Variant:
     fills_shadow: bool
     has_ambient: bool
     filters: FilterKinds
+    by_object: bool
 
 
 class LightPass:
@@ -105,6 +107,7 @@ class LightPass:
         color: NDArray[np.float64] | None = None,
         weight: float = 1.0,
         stride: int = 1,
+        objects: Any = None,
     ) -> None:
         """Add `weight` times the radiance that this point of the light causes.
 
@@ -118,13 +121,14 @@ class LightPass:
             color: (3,) float64, instead of the light's own intensity, in its units.
             weight: usually 1 / count of the view's samples.
             stride: view pixels along the side of one of the target's.
+            objects: `ObjectShares.texture`; `surface` must then have its `objects`.
         """
         if not light.is_lit:
             return
         intensity = light.intensity if color is None else color
         filters = self._filters.of(light)
         kind = None if shadow is None else shadow.kind
-        program = self._program(light, sample, kind, kinds(filters))
+        program = self._program(light, sample, kind, kinds(filters), objects is not None)
         textures = surface.textures() | self._tables.textures(self._layout)
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface, stride),
@@ -134,13 +138,20 @@ class LightPass:
             for each in filters:
                 textures.update(each.textures)
             uniforms["filters"] = filter_uniforms(light, filters, surface.origin)
+        if objects is not None:
+            textures |= object_textures(surface, objects)
         if shadow is not None:
             textures.update(shadow.textures)
             uniforms.update(shadow.uniforms(surface.origin))
         add_fullscreen(program, target, textures, uniforms)
 
     def _program(
-        self, light: Light, sample: LightSample, shadow: ShadowKind | None, filters: FilterKinds
+        self,
+        light: Light,
+        sample: LightSample,
+        shadow: ShadowKind | None,
+        filters: FilterKinds,
+        by_object: bool,
     ) -> ShaderProgram:
         has_spread = light.type == "AREA" and light.spread < np.pi
         controls = light.controls
@@ -154,6 +165,7 @@ class LightPass:
             fills,
             controls.ambient != 0.0,
             filters,
+            by_object,
         )
         if variant not in self._programs:
             self._programs[variant] = _describe(variant, self._layout, self._split).build()
@@ -177,6 +189,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
         "HAS_SHADOW": shadow is not None,
         "HAS_SHADOW_FILL": variant.fills_shadow,
         "HAS_AMBIENT": variant.has_ambient,
+        "HAS_OBJECTS": variant.by_object,
         "SPLIT_LOBES": split,
     }
     return PassShader(
@@ -189,6 +202,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             "light",
             *((shadow.library,) if shadow else ()),
             *filter_library(filters),
+            *(("object_share",) if variant.by_object else ()),
         ),
         generated=layout.read_glsl() + (filter_glsl(filters) if filters else ""),
         blocks=(
@@ -202,6 +216,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             *table_samplers(layout),
             *(sampler for kind in filters for sampler in kind.samplers),
             *(shadow.samplers if shadow else ()),
+            *(OBJECT_SAMPLERS if variant.by_object else ()),
         ),
         outputs=_outputs(layout, split),
         defines=(

@@ -23,6 +23,7 @@ from .light_filter import (
     kinds,
 )
 from .light_filters import LightFilters
+from .light_objects import OBJECT_SAMPLERS, object_textures
 from .light_pass import LIGHT_BLOCK, light_defines, light_uniforms
 from .light_sample import LightSample
 
@@ -36,7 +37,12 @@ class ReachPass:
         self._filters = LightFilters()
 
     def draw(
-        self, surface: SurfaceBuffer, light: Light, sample: LightSample, stride: int = 1
+        self,
+        surface: SurfaceBuffer,
+        light: Light,
+        sample: LightSample,
+        stride: int = 1,
+        objects: Any = None,
     ) -> NDArray[np.float32]:
         """The way from each pixel to the light's point.
 
@@ -45,13 +51,16 @@ class ReachPass:
             light: the light.
             sample: its point.
             stride: the surface's pixels along the side of one of the picture's.
+            objects: `ObjectShares.texture`; `surface` must then have its `objects`.
 
         Returns:
             (H, W, 4): xyz metres to the light's point in local axes (a sun's: unit direction), w
             the side that it lights: 1 the viewer's, -1 the other, 0 none.
         """
         filters = self._filters.of(light)
-        program = _program(light, sample, kinds(filters), surface.layout)
+        program = _program(
+            light, sample, kinds(filters), surface.layout, by_object=objects is not None
+        )
         textures: dict[str, Any] = {
             "surface_position": surface.position,
             "surface_geometric_normal": surface.geometric_normal,
@@ -64,24 +73,37 @@ class ReachPass:
             for each in filters:
                 textures.update(each.textures)
             uniforms["filters"] = filter_uniforms(light, filters, surface.origin)
+        if objects is not None:
+            textures |= object_textures(surface, objects)
         reach = texture_2d(-(-surface.width // stride), -(-surface.height // stride))
         program.draw_fullscreen(framebuffer([reach]), textures, uniforms)
         return read_texture(reach)
 
 
 def _program(
-    light: Light, sample: LightSample, filters: FilterKinds, layout: SurfaceLayout
+    light: Light,
+    sample: LightSample,
+    filters: FilterKinds,
+    layout: SurfaceLayout,
+    *,
+    by_object: bool,
 ) -> ShaderProgram:
     return PassShader(
         name=f"reach_{light.type.lower()}",
         fragment="light_reach",
-        library=("surface_texel", "light", *filter_library(filters)),
+        library=(
+            "surface_texel",
+            "light",
+            *filter_library(filters),
+            *(("object_share",) if by_object else ()),
+        ),
         generated=filter_glsl(filters) if filters else "",
         blocks=(LIGHT_BLOCK, _REACH_BLOCK, *((filter_block(filters),) if filters else ())),
         samplers=(
             ("surface_position", "FLOAT_2D"),
             ("surface_geometric_normal", "FLOAT_2D"),
             *(sampler for kind in filters for sampler in kind.samplers),
+            *(OBJECT_SAMPLERS if by_object else ()),
         ),
         outputs=(("VEC4", "reach"),),
         defines=(
@@ -92,5 +114,6 @@ def _program(
                 has_filters=bool(filters),
             ),
             *((("HAS_TRANSLUCENT", "1"),) if layout.has("HAS_TRANSLUCENT") else ()),
+            *((("HAS_OBJECTS", "1"),) if by_object else ()),
         ),
     ).build()

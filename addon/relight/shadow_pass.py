@@ -132,6 +132,7 @@ class ShadowPass:
         sample: LightSample,
         caster_bounds: NDArray[np.float64],
         receivers: NDArray[np.float64],
+        objects: NDArray[np.bool_] | None = None,
     ) -> ShadowMap:
         """The shadow map of one point of a light.
 
@@ -141,6 +142,7 @@ class ShadowPass:
             caster_bounds: (2, 3) float64 world space: `SceneGeometry.bounds`.
             receivers: (N, 3) float64 world space: points or box corners around what is lit;
                 a sun's map is fitted to them. Outside of its map a sun casts no shadow.
+            objects: which of `SceneGeometry.object_names` cast its shadows; None for all.
         """
         frustum = shadow_frustum(light, sample, caster_bounds, receivers, self.settings)
         distance = texture_2d(*frustum.size, "R32F")
@@ -168,6 +170,7 @@ class ShadowPass:
                     frustum.clip_from_local(face, self._geometry.origin),
                     "shadow",
                     uniforms={"caster": caster},
+                    objects=objects,
                 )
             target.viewport_set(0, 0, *frustum.size)
         return ShadowMap(frustum, distance)

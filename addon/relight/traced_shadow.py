@@ -102,6 +102,7 @@ class TracedShadowPass:
         *,
         stride: int = 1,
         casters: NDArray[np.bool_] | None = None,
+        objects: Any = None,
     ) -> TracedShadow:
         """The shadow of one point of a light.
 
@@ -112,9 +113,10 @@ class TracedShadowPass:
             stride: the surface's pixels along the side of one of the layer's.
             casters: (T,) bool: the triangles that cast it; None for all that are
                 `shadow_visible`. Each set that is met gets a tree of its own, once.
+            objects: `ObjectShares.texture`; `surface` must then have its `objects`.
         """
         scene = self._local_scene(surface.origin)
-        reach = self._reach.draw(surface, light, sample, stride)
+        reach = self._reach.draw(surface, light, sample, stride, objects)
         seen = self._seen_by(surface, scene)
         visible = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
         row, column = np.nonzero(reach[..., 3])

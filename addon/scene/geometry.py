@@ -52,6 +52,8 @@ class SceneGeometry:
         warnings: one sentence for each thing left out or approximated.
         object_states: for each of `object_names` a digest of what its materials can read of it
             beside its triangles; none for arrays that were not read from Blender.
+        full_names: for each of `object_names` the full name of who instances it ("" where
+            nobody does) and its own, libraries in them; none for arrays likewise.
     """
 
     vertices: NDArray[np.float64]
@@ -67,6 +69,7 @@ class SceneGeometry:
     cutouts: tuple[Cutout, ...] = ()
     warnings: tuple[str, ...] = ()
     object_states: tuple[bytes, ...] = ()
+    full_names: tuple[tuple[str, str], ...] = ()
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -63,6 +63,7 @@ class _Part:
     camera_visible: bool
     shadow_visible: bool
     state: bytes
+    full_names: tuple[str, str]
 
     def vertices(self) -> NDArray[np.float64]:
         """(V, 3) world space."""
@@ -145,6 +146,7 @@ class _Collector:
                 and not instancer.indirect_only_get(view_layer=view_layer),
                 bool(evaluated.visible_shadow and instancer.visible_shadow),
                 mesh.state + instance_state(instance, evaluated, instancer, WEIGHT_NAME),
+                (instancer.original.name_full if instance.is_instance else "", original.name_full),
             )
         )
 
@@ -244,6 +246,7 @@ def _clean(collector: _Collector) -> SceneGeometry:
         ),
         warnings=tuple(collector.warnings),
         object_states=tuple(part.state for part in parts),
+        full_names=tuple(part.full_names for part in parts),
     )
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from .frame_across import frame_across
 from .light_controls import NEUTRAL, LightControls
+from .light_linking import UNLINKED, LightLinking
 from .light_profile import LightProfile
 
 # Beyond this full angle receivers see a disk across the axis at less than half its width.
@@ -57,6 +58,7 @@ class Light:
         use_shadow: whether it casts shadows.
         controls: what shapes it beyond Blender's attributes.
         profile: what its own nodes make of its light, beside a constant colour.
+        linking: which objects it lights, and which cast its shadows.
         mute: whether its layer is left out of the picture.
         solo: whether only its layer, and others with solo, are in the picture.
         warnings: one sentence for each thing about it that is not modelled.
@@ -83,6 +85,7 @@ class Light:
     use_shadow: bool = True
     controls: LightControls = NEUTRAL
     profile: LightProfile | None = None
+    linking: LightLinking = UNLINKED
     mute: bool = False
     solo: bool = False
     warnings: tuple[str, ...] = ()

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .light import NARROWEST_SPREAD, Light
+from .light_linking import LightLinking
+from .light_linking_reader import LinkingReader
 from .light_nodes_reader import UnmeasuredLight, constant_emission, known, measuring_key
 from .written_light import is_visible
 
@@ -40,6 +42,7 @@ def unmeasured_lights(depsgraph: Any) -> tuple[UnmeasuredLight, ...]:
 def _without_nodes(depsgraph: Any) -> Iterator[tuple[Light, Any]]:
     """Each light as it would be without its nodes, and the evaluated `bpy.types.Light`."""
     names: set[str] = set()
+    linking = LinkingReader(depsgraph)
     for instance in depsgraph.object_instances:
         evaluated = instance.object
         if evaluated.type != "LIGHT" or not instance.show_self:
@@ -55,7 +58,8 @@ def _without_nodes(depsgraph: Any) -> Iterator[tuple[Light, Any]]:
         if not np.isfinite(world_from_light).all() or not world_from_light.any(axis=0).all():
             continue
         names.add(name)
-        yield _read_light(name, evaluated, world_from_light), evaluated.data
+        light = _read_light(name, evaluated, world_from_light, linking.of(original))
+        yield light, evaluated.data
 
 
 def _unique(name: str, taken: set[str]) -> str:
@@ -71,7 +75,9 @@ def _is_portal(data: Any) -> bool:
     return data.type == "AREA" and cycles is not None and bool(cycles.is_portal)
 
 
-def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]) -> Light:
+def _read_light(
+    name: str, evaluated: Any, world_from_light: NDArray[np.float64], linking: LightLinking
+) -> Light:
     data = evaluated.data
     problems: list[str] = []
     color = np.array(data.color, dtype=np.float64)
@@ -79,9 +85,6 @@ def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]
         color *= np.array(data.temperature_color, dtype=np.float64)
     spread = _spread(data, problems)
     mute, solo = _mix(evaluated.original)
-    linking = getattr(evaluated.original, "light_linking", None)
-    if linking is not None and (linking.receiver_collection or linking.blocker_collection):
-        problems.append("light linking is not modelled; it lights and is shadowed by all")
     if evaluated.visible_camera:
         problems.append("it is visible to cameras, which is not shown")
     return Light(
@@ -104,6 +107,7 @@ def _read_light(name: str, evaluated: Any, world_from_light: NDArray[np.float64]
         diffuse_factor=float(is_visible(evaluated, "visible_diffuse")),
         specular_factor=float(is_visible(evaluated, "visible_glossy")),
         use_shadow=bool(data.use_shadow),
+        linking=linking,
         mute=mute,
         solo=solo,
         warnings=tuple(f"light '{name}': {problem}" for problem in problems),

@@ -83,10 +83,16 @@ def _of_update(update: Any) -> SceneChanges:  # noqa: PLR0911 - one case for eac
 
 
 def scene_key(depsgraph: Any) -> int:
-    """A number that changes when shapes or lights come, go, or are hidden or shown."""
+    """A number that changes when shapes or lights come, go, or are hidden or shown, to cameras
+    or to lights' shadows too."""
     entries = []
     for instance in depsgraph.object_instances:
         obj = instance.object
         if instance.show_self and (obj.type in _SHAPES or obj.type == "LIGHT"):
-            entries.append((obj.original.session_uid, tuple(instance.persistent_id)))
+            shown = [
+                (each.visible_camera, each.visible_shadow)
+                for each in (obj, instance.parent)
+                if each is not None
+            ]
+            entries.append((obj.original.session_uid, tuple(instance.persistent_id), *shown))
     return hash(tuple(entries))

@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
+from addon.relight.light_objects import ObjectShares
 from addon.relight.light_sample import LightSample
 from addon.scene.light import Light
 from addon.scene.light_controls import NEUTRAL
@@ -22,35 +25,50 @@ def light_layer(
     light: Light,
     sample: LightSample,
     visibility: Array | None = None,
+    shares: ObjectShares | None = None,
 ) -> Array:
-    """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow."""
+    """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow,
+    `shares` of the objects that `surface` tells."""
+    to_diffuse, to_specular, blocks = _shares(surface, shares)
     L, strength, cell_sq = incidence(surface, light, sample)
     shape, controls = (*L.shape[:2], 3), light.controls
     front, back, shine, albedo = (np.zeros(shape) for _ in range(4))
     for number in range(1, surface.lobes + 1):
         lobe = Lobe(surface, number)
-        weight = light.diffuse_factor * controls.diffuse * lobe.view_weight
+        weight = to_diffuse * light.diffuse_factor * controls.diffuse * lobe.view_weight
         front = front + weight * (lobe.diffuse(L) * lobe.transmission + lobe.sheen(L))
         through = np.maximum(-dot(lobe.N, L), 0.0)[..., None] / np.pi * lobe.translucent_color
         back = back + weight * through
-        weight = light.specular_factor * controls.specular * lobe.view_weight
+        weight = to_specular * light.specular_factor * controls.specular * lobe.view_weight
         shine = shine + weight * lobe.specular(L, cell_sq)
         albedo = albedo + lobe.view_weight * (lobe.diffuse_color + lobe.translucent_color)
     base, color = front + back, light.intensity
     arriving = highlight = np.broadcast_to(color, shape)
     if visibility is not None:
         NgoL = dot(surface.geometric_normal[..., :3], L)[..., None]
-        base = np.where(NgoL > 0.0, front, np.where(NgoL < 0.0, back, 0.0))
-        shine = np.where(NgoL > 0.0, shine, 0.0)
+        own = np.where(NgoL > 0.0, front, np.where(NgoL < 0.0, back, 0.0))
+        base = np.where(blocks, own, base)
+        shine = np.where(blocks & (NgoL <= 0.0), 0.0, shine)
         seen, shadow = visibility[..., None], controls.shadow
         fill = (color @ [0.2126, 0.7152, 0.0722]) * np.array(shadow.color)
         arriving = color + shadow.density * (1.0 - seen) * (fill - color)
         highlight = color * seen if shadow.hide_highlights else arriving
-    total = base * arriving + shine * highlight + controls.ambient / np.pi * albedo * color
+    total = (
+        base * arriving + shine * highlight + controls.ambient / np.pi * to_diffuse * albedo * color
+    )
     if controls != NEUTRAL:
         total = total * light_filters(light, surface.position[..., :3] + surface.origin)
     lit = surface.hit & (strength > 0.0)
     return np.where(lit[..., None], total * strength[..., None], 0.0)
+
+
+def _shares(surface: Surfaces, shares: ObjectShares | None) -> tuple[Array, Array, Any]:
+    """(H, W, 1) each: what reaches diffuse and specular lobes, and whether it blocks itself."""
+    if shares is None or surface.objects is None:
+        one = np.ones((*surface.hit.shape, 1))
+        return one, one, one > 0.0
+    weights = shares.weights[surface.objects]
+    return weights[..., :1], weights[..., 1:], shares.blocks[surface.objects][..., None]
 
 
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:

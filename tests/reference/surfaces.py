@@ -13,7 +13,7 @@ from addon.caching.channels import CHANNEL_BY_NAME, channels_of, lobe_channel
 from addon.caching.plan import ChannelPlan
 from addon.corrmap.surface_buffer import SurfaceBuffer
 from addon.corrmap.surface_layout import SurfaceLayout
-from addon.glsl.shader import texture_from_array
+from addon.glsl.shader import Texture, texture_from_array
 
 Array = NDArray[np.float64]
 
@@ -32,6 +32,8 @@ class Surfaces:
     geometric_normal: Array
     channels: Mapping[str, Array]
     lobes: int = 1
+    # (H, W) index of the object that is seen, -1 for none; None where nobody asks.
+    objects: NDArray[np.int64] | None = None
 
     def channel(self, field: str, lobe: int = 1) -> Array:
         """(H, W, components), or (H, W) for one component."""
@@ -94,7 +96,12 @@ class Surfaces:
             ),
             texture_from_array(np.zeros((1, 8, 4), dtype=np.float32), "RGBA32F"),
             layout,
+            None if self.objects is None else _number_texture(self.objects + 1),
         )
+
+
+def _number_texture(numbers: NDArray[np.int64]) -> Texture:
+    return texture_from_array(numbers[..., None].astype(np.float32), "R32F")
 
 
 def _exact(values: Array) -> Array:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from addon.glsl.shader import framebuffer, read_texture, texture_2d
 from addon.relight.albedo_pass import AlbedoTextures
+from addon.relight.light_objects import ObjectShares
 from addon.relight.light_pass import LightPass
 from addon.relight.light_sample import LightSample
 from addon.relight.shadow import Shadow
@@ -36,6 +37,7 @@ def drawn_light(
     samples: Sequence[LightSample],
     *,
     shadow: Shadow | None = None,
+    shares: ObjectShares | None = None,
 ) -> NDArray[np.float64]:
     """(H, W, 4): the mean of some points of a light."""
     textures = surface.upload()
@@ -44,7 +46,13 @@ def drawn_light(
     def draw(target: Any) -> None:
         for sample in samples:
             light_pass.draw(
-                textures, light, sample, target, shadow=shadow, weight=1.0 / len(samples)
+                textures,
+                light,
+                sample,
+                target,
+                shadow=shadow,
+                weight=1.0 / len(samples),
+                objects=None if shares is None else shares.texture,
             )
 
     height, width, _ = surface.position.shape

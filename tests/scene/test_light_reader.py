@@ -131,16 +131,12 @@ def test_instances_have_names_of_their_own(scene: Any) -> None:
 
 
 def test_what_is_not_modelled_is_said(scene: Any) -> None:
-    import bpy
-
     add(scene, "Narrow", "AREA", spread=0.0)
     add(scene, "Seen", "POINT").visible_camera = True
-    add(scene, "Linked", "POINT").light_linking.receiver_collection = bpy.data.collections.new("c")
     lights = read(scene)
     assert "spread" in lights["Narrow"].warnings[0]
     assert lights["Narrow"].spread == pytest.approx(np.radians(1.0))
     assert "cameras" in lights["Seen"].warnings[0]
-    assert "linking" in lights["Linked"].warnings[0]
 
 
 def test_worlds(scene: Any) -> None:

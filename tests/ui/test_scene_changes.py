@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import bpy
@@ -54,6 +55,40 @@ LIGHTS = SceneChanges(lights=True)
 )
 def test_a_light_edit_concerns_lights_alone(extension: None, edit: Callable[[], None]) -> None:
     assert changes_of(edit) == (LIGHTS, False)
+
+
+def receive(*names: str) -> Any:
+    """The light gets a collection of receivers."""
+    made = bpy.data.collections.new("receivers")
+    for name in names:
+        made.objects.link(objects()[name])
+    objects()["Light"].light_linking.receiver_collection = made
+    bpy.context.view_layer.update()
+    return made
+
+
+@pytest.mark.parametrize(
+    "edit",
+    [
+        lambda made: setattr(objects()["Light"].light_linking, "receiver_collection", None),
+        lambda made: setattr(objects()["Light"].light_linking, "blocker_collection", made),
+        lambda made: made.objects.unlink(objects()["Cube"]),
+        lambda made: setattr(made.collection_objects[0].light_linking, "link_state", "EXCLUDE"),
+        lambda made: made.children.link(bpy.data.collections.new("more")),
+    ],
+    ids=["receivers", "blockers", "objects", "state", "children"],
+)
+def test_linking_concerns_lights_alone(extension: None, edit: Callable[[Any], None]) -> None:
+    made = receive("Cube")
+    found, key_changed = changes_of(lambda: edit(made))
+    # Blender lists each object then, so that it may have been a surface's edit as well.
+    assert replace(found, edits=False) == LIGHTS
+    assert not key_changed
+
+
+def test_casting_no_shadow_changes_the_key(extension: None) -> None:
+    assert changes_of(lambda: setattr(objects()["Cube"], "visible_shadow", False))[1]
+    assert changes_of(lambda: setattr(objects()["Cube"], "visible_camera", False))[1]
 
 
 def test_moving_a_mesh_concerns_geometry(extension: None) -> None:

@@ -5,6 +5,9 @@ void main()
   local_position = position;
   surface_normal = geometric_normal;
   surface_material = material_id;
+#ifdef HAS_OBJECT_ID
+  surface_object = object_id;
+#endif
 #ifdef HAS_CUTOUT
   surface_uv = uv;
 #endif

@@ -1,6 +1,19 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * One light's radiance from the surfaces, added to its layer. */
 
+/* What reaches the seen object's diffuse and specular lobes, and whether it stands in its own
+ * light. */
+#ifdef HAS_OBJECTS
+vec3 share;
+#  define DIFFUSE_SHARE share.x
+#  define SPECULAR_SHARE share.y
+#  define STANDS_IN_OWN_LIGHT (share.z > 0.5)
+#else
+#  define DIFFUSE_SHARE 1.0
+#  define SPECULAR_SHARE 1.0
+#  define STANDS_IN_OWN_LIGHT true
+#endif
+
 /* What a surface sends to the viewer, by kind of lobe. */
 struct Reflected {
   vec3 diffuse;
@@ -22,10 +35,10 @@ void add_lobe(inout Reflected sum, Lobe lobe, Surface s, Incidence lit)
   float mu = dot(N, s.V);
   vec4 albedo = microfacet_albedo(mu, lobe.roughness);
   diffuse *= layer_transmission(lobe, mu, albedo);
-  sum.specular += (weight * light.specular_factor) *
+  sum.specular += (weight * light.specular_factor * SPECULAR_SHARE) *
                   specular_lobe(lobe, N, s.V, lit.L, lit.cell_sq, albedo);
 #endif
-  weight *= light.diffuse_factor;
+  weight *= light.diffuse_factor * DIFFUSE_SHARE;
   sum.diffuse += weight * diffuse;
 #ifdef HAS_SHEEN
   sum.sheen += weight * sheen(lobe, s.V, lit.L);
@@ -89,6 +102,12 @@ void main()
   if (!read_surface(surface_texel(view.stride), view.eye, s)) {
     return;
   }
+#ifdef HAS_OBJECTS
+  share = object_share(surface_texel(view.stride));
+  if (max(share.x, share.y) <= 0.0) {
+    return;
+  }
+#endif
   Incidence lit = incidence(s.position);
   vec3 color = light.intensity.rgb;
   vec3 through = vec3(1.0);
@@ -101,7 +120,7 @@ void main()
   }
   vec3 from_all_sides = vec3(0.0);
 #ifdef HAS_AMBIENT
-  from_all_sides = (light.ambient * lit.strength) * color * flat_albedo(s);
+  from_all_sides = (light.ambient * DIFFUSE_SHARE * lit.strength) * color * flat_albedo(s);
 #endif
   vec3 arriving = color * lit.strength;
   vec3 highlight = arriving;
@@ -113,10 +132,10 @@ void main()
 #ifdef HAS_SHADOW
   /* A surface hides the other side's light from this one, but for what comes through. */
   float NgoL = dot(s.Ng, lit.L);
-  if (NgoL > 0.0) {
+  if (NgoL > 0.0 && STANDS_IN_OWN_LIGHT) {
     parts.translucent = vec3(0.0);
   }
-  else {
+  else if (STANDS_IN_OWN_LIGHT) {
     parts = Reflected(vec3(0.0), vec3(0.0), vec3(0.0), parts.translucent);
   }
   float seen = 0.0;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What a shadow ray needs to know of each pixel: xyz the way from the surface to the light's
  * point (metres; a sun's is a direction), w the side that is lit: 1 the viewer's, -1 the other,
- * 0 none, where the light doesn't reach or its filters let nothing through. */
+ * 0 none, where the light doesn't reach, or its filters or its linking let nothing through. */
 void main()
 {
   reach = vec4(0.0);
@@ -20,8 +20,17 @@ void main()
   }
 #endif
   float NgoL = dot(texelFetch(surface_geometric_normal, texel, 0).xyz, lit.L);
+  bool through = NgoL < 0.0;
+#ifdef HAS_OBJECTS
+  vec3 share = object_share(texel);
+  if (max(share.x, share.y) <= 0.0) {
+    return;
+  }
+  /* What does not stand in its own light may be lit by its shading normal. */
+  through = through && share.z > 0.5;
+#endif
 #ifndef HAS_TRANSLUCENT
-  if (NgoL < 0.0) {
+  if (through) {
     return;
   }
 #endif

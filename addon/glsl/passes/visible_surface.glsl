@@ -9,4 +9,7 @@ void main()
   vec3 V = eye.place.xyz - eye.place.w * local_position;
   visible_position = vec4(local_position, float(surface_material + 1));
   visible_normal = vec4(dot(N, V) < 0.0 ? -N : N, 0.0);
+#ifdef HAS_OBJECT_ID
+  visible_object = float(surface_object + 1);
+#endif
 }

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reads the light linking of a dependency graph's lights, and Relume's own object weights."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from math import prod
+from typing import Any, Literal
+
+import bpy
+
+from .light_linking import (
+    UNLINKED,
+    LightLinking,
+    LinkedObjects,
+    ObjectSelection,
+    ObjectWeight,
+)
+
+_Kind = Literal["receiver_collection", "blocker_collection"]
+
+
+class LinkingReader:
+    """Reads what links the lights of one dependency graph to its objects."""
+
+    def __init__(self, depsgraph: Any) -> None:
+        self._depsgraph = depsgraph
+
+    def of(self, original: Any) -> LightLinking:
+        """The linking of a light's original object."""
+        linking = LightLinking(
+            self._linked(original, "receiver_collection"),
+            self._linked(original, "blocker_collection"),
+            read_selection(original.data),
+        )
+        return UNLINKED if linking == UNLINKED else linking
+
+    def _linked(self, original: Any, kind: _Kind) -> LinkedObjects | None:
+        collection = _collection(original, kind)
+        if collection is None:
+            return None
+        states = _link_states(collection)
+        if not states:
+            # Cycles, too, takes a collection without an object for none.
+            return None
+        named = self._receivers if kind == "receiver_collection" else self._blockers
+        return LinkedObjects(
+            frozenset(name for name, state in states.items() if state == "INCLUDE"),
+            frozenset(name for name, state in states.items() if state == "EXCLUDE"),
+            named,
+        )
+
+    @cached_property
+    def _receivers(self) -> frozenset[str]:
+        return self._named("receiver_collection")
+
+    @cached_property
+    def _blockers(self) -> frozenset[str]:
+        return self._named("blocker_collection")
+
+    def _named(self, kind: _Kind) -> frozenset[str]:
+        """All objects that any emitter in the graph is linked to, hidden emitters too."""
+        collections = {
+            collection
+            for block in self._depsgraph.ids
+            if isinstance(block, bpy.types.Object)
+            and (collection := _collection(block.original, kind)) is not None
+        }
+        return frozenset(name for each in collections for name in _link_states(each))
+
+
+def _collection(original: Any, kind: _Kind) -> Any:
+    linking = getattr(original, "light_linking", None)
+    return getattr(linking, kind) if linking is not None else None
+
+
+def _link_states(collection: Any) -> dict[str, str]:
+    """INCLUDE or EXCLUDE by object's full name.
+
+    A collection's state is that of all within it, however deep. What comes later wins, and
+    objects in the collection itself come last.
+    """
+    states: dict[str, str] = {}
+    for child, link in zip(collection.children, collection.collection_children, strict=True):
+        for obj in child.all_objects:
+            states[obj.name_full] = link.light_linking.link_state
+    for obj, link in zip(collection.objects, collection.collection_objects, strict=True):
+        states[obj.name_full] = link.light_linking.link_state
+    return states
+
+
+def read_selection(data: Any) -> ObjectSelection | None:
+    """The object weights of a light's data; None where all objects are alike.
+
+    The weights of an object that is listed more than once, or in collections, multiply.
+    """
+    settings = getattr(data, "relume_objects", None)
+    if settings is None or not settings.enabled:
+        return None
+    found: dict[str, list[tuple[float, float]]] = {}
+    for entry in settings.entries:
+        objects: list[Any] = []
+        if entry.kind == "OBJECT" and entry.object is not None:
+            objects = [entry.object]
+        elif entry.kind == "COLLECTION" and entry.collection is not None:
+            objects = list(entry.collection.all_objects)
+        diffuse = entry.weight if entry.lobes != "SPECULAR" else 1.0
+        specular = entry.weight if entry.lobes != "DIFFUSE" else 1.0
+        for obj in objects:
+            found.setdefault(obj.name_full, []).append((diffuse, specular))
+    weights = tuple(
+        ObjectWeight(name, prod(w[0] for w in each), prod(w[1] for w in each))
+        for name, each in sorted(found.items())
+    )
+    selection = ObjectSelection(weights, float(settings.others))
+    return None if selection == ObjectSelection() else selection

@@ -7,6 +7,7 @@ light becomes nodes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -15,6 +16,9 @@ import bpy
 
 # How far apart nodes are placed in the editor, its units.
 _COLUMN, _ROW = 170.0, 150.0
+
+# The least width of a smooth step, a rounding of what is about 1.
+_STEEPEST = 1e-7
 
 # A number, or a socket that gives one.
 type Number = float | Scalar
@@ -191,18 +195,27 @@ class NodeMath:
         return self.minimum(self.maximum(value, 0.0), 1.0)
 
     def smoothstep(self, low: Number, high: Number, value: Number) -> Scalar:
-        """GLSL's, for low < high; 0 where both are the same."""
-        width = high - low
+        """GLSL's; where high is no more than low, as steep a step as there can be."""
+        width = self.maximum(high - low, _STEEPEST)
         t = self.clamped(self.math("DIVIDE", value - low, width))
         return t * t * (3.0 - 2.0 * t)
+
+    def cosine_and_sine(self, angle: Number) -> tuple[Number, Number]:
+        if isinstance(angle, Scalar):
+            return self.math("COSINE", angle), self.math("SINE", angle)
+        return math.cos(angle), math.sin(angle)
 
     def driven(self, target: bpy.types.ID, data_path: str) -> Scalar:
         """A number that follows a property of a data-block."""
         node = self.node("ShaderNodeValue")
+        # Until it is evaluated.
+        node.outputs[0].default_value = target.path_resolve(data_path)
         driver = node.outputs[0].driver_add("default_value").driver
         # The sum of one variable needs no Python, which files may not be allowed to run.
         driver.type = "SUM"
         variable = driver.variables.new()
+        if isinstance(target, bpy.types.Light):
+            variable.targets[0].id_type = "LIGHT"
         variable.targets[0].id = target
         variable.targets[0].data_path = data_path
         return Scalar(self, node.outputs[0])

@@ -17,9 +17,11 @@ import bpy
 import numpy as np
 
 from ..errors import InputError
+from ..relight.slide_picture import slide_picture
 from ..scene.light_controls import LightControls
 from ..scene.written_light import COLOR, GROUP_MARK, OBJECT_MARK, is_written_node, take_out
-from .node_math import NodeMath
+from .moving_controls import animation_curves, moving_controls, with_moving
+from .node_math import NodeMath, Scalar
 from .write_back_filters import transmission
 
 # Shaders that hand on what others emit.
@@ -86,7 +88,7 @@ def is_written(data: Any) -> bool:
 
 def is_current(data: Any, controls: LightControls) -> bool:
     """Whether Cycles shows these controls now, as far as it can."""
-    wanted = controls_digest(controls) if has_filters(data.type, controls) else None
+    wanted = _digest(data, controls) if has_filters(data.type, controls) else None
     hidden = _wanted_hidden(controls)
     objects = list(_objects(data))
     return _written_digest(data) == wanted and all(
@@ -95,15 +97,21 @@ def is_current(data: Any, controls: LightControls) -> bool:
     )
 
 
-def are_animated(data: Any) -> bool:
-    """Whether any of a light's controls move; what is written stands still, but for blockers."""
-    return any(curve.data_path.startswith("relume.") for curve in _curves(data))
+def standing_still(data: Any, controls: LightControls) -> tuple[str, ...]:
+    """The animated properties of a light's controls that do not move in Cycles, by their names."""
+    _, rest = with_moving(controls, moving_controls(data), lambda _path, _index: 0.0)
+    words = {path.removeprefix("relume.").replace("_", " ").replace(".", ", ") for path, _ in rest}
+    return tuple(sorted(words))
 
 
-def controls_digest(controls: LightControls) -> str:
-    """Digits that tell controls apart in what becomes nodes; blockers follow their objects."""
-    digest = hashlib.sha256()
-    c = controls
+def _digest(data: Any, controls: LightControls) -> str:
+    """Digits that tell controls apart in what becomes nodes.
+
+    Blockers follow their objects, and what is animated its curves.
+    """
+    moving = moving_controls(data)
+    c, _ = with_moving(controls, moving, lambda _path, _index: 0.0)
+    digest = hashlib.sha256(repr(sorted(moving)).encode())
     for part in (c.barn_doors, c.distance, c.falloff, c.noise):
         digest.update(repr(part).encode())
     if c.slide is not None:
@@ -161,12 +169,20 @@ def _emissions(data: Any) -> list[Any]:
 
 def _group(data: Any, controls: LightControls) -> Any:
     group = bpy.data.node_groups.new(f"Relume Light: {data.name}", "ShaderNodeTree")
-    group[GROUP_MARK] = controls_digest(controls)
+    group[GROUP_MARK] = _digest(data, controls)
     for in_out in ("INPUT", "OUTPUT"):
         group.interface.new_socket(COLOR, in_out=in_out, socket_type="NodeSocketColor")
     nodes = NodeMath(group)
     before = nodes.node("NodeGroupInput")
-    through = transmission(nodes, controls)
+    slide = controls.slide
+    picture = None if slide is None else slide_picture(replace(slide, scale=(1.0, 1.0)))
+
+    def driven(path: str, index: int) -> Scalar:
+        is_number = isinstance(data.path_resolve(path), float)
+        return nodes.driven(data, path if is_number else f"{path}[{index}]")
+
+    live, _ = with_moving(controls, moving_controls(data), driven)
+    through = transmission(nodes, live, picture)
     product = nodes.vector(before, COLOR) * through
     nodes.feed(nodes.node("NodeGroupOutput").inputs[COLOR], product)
     return group
@@ -189,22 +205,7 @@ def _insert(data: Any, emission: Any, group: Any) -> None:
 
 def _is_animated(socket: Any) -> bool:
     path = socket.path_from_id("default_value")
-    return any(curve.data_path == path for curve in _curves(socket.id_data))
-
-
-def _curves(block: Any) -> Iterator[Any]:
-    """The F-curves and drivers that animate a data-block."""
-    animation = block.animation_data
-    if animation is None:
-        return
-    yield from animation.drivers
-    if animation.action is None or animation.action_slot is None:
-        return
-    for layer in animation.action.layers:
-        for strip in layer.strips:
-            bag = strip.channelbag(animation.action_slot)
-            if bag is not None:
-                yield from bag.fcurves
+    return any(curve.data_path == path for curve in animation_curves(socket.id_data))
 
 
 def _discard(group: Any) -> None:

@@ -12,9 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from ..relight.slide_picture import slide_picture
+from ..relight.slide_picture import SlidePicture
 from ..scene.light_controls import (
     BarnDoors,
     Blocker,
@@ -25,7 +23,7 @@ from ..scene.light_controls import (
     Slide,
     Superellipse,
 )
-from .node_math import NodeMath, Scalar, Vector
+from .node_math import NodeMath, Number, Scalar, Vector
 from .write_back_picture import blender_picture
 
 # Sides of outlines below this are as thin, metres; Blender divides by 0 to 0.
@@ -53,8 +51,16 @@ class _Beam:
     from_centre: Scalar
 
 
-def transmission(nodes: NodeMath, controls: LightControls) -> Vector:
-    """Adds the nodes of all controls that Cycles can show; gives their product."""
+def transmission(
+    nodes: NodeMath, controls: LightControls, picture: SlidePicture | None = None
+) -> Vector:
+    """Adds the nodes of all controls that Cycles can show; gives their product.
+
+    Args:
+        nodes: where.
+        controls: of the light; any of their numbers may be `Scalar`s.
+        picture: what its slide lets through, if it has one, made with a scale of 1.
+    """
     beam = _beam(nodes)
     product: Vector | Scalar | float = 1.0
     if controls.barn_doors is not None:
@@ -66,9 +72,9 @@ def transmission(nodes: NodeMath, controls: LightControls) -> Vector:
     if controls.falloff is not None:
         with nodes.framed("Falloff"):
             product = _times(product, _falloff(nodes, beam, controls.falloff))
-    if controls.slide is not None:
+    if controls.slide is not None and picture is not None:
         with nodes.framed("Slide"):
-            product = _times(product, _slide(nodes, beam, controls.slide))
+            product = _times(product, _slide(nodes, beam, controls.slide, picture))
     if controls.noise is not None:
         with nodes.framed("Noise"):
             product = _times(product, _noise(nodes, beam, controls.noise))
@@ -118,20 +124,19 @@ def _to_world(nodes: NodeMath, kind: str, vector: tuple[float, float, float]) ->
 
 def _barn_doors(nodes: NodeMath, beam: _Beam, doors: BarnDoors) -> Scalar:
     ahead = -beam.z
-    x, y = _turned(
-        beam.x / ahead - doors.shear[0], beam.y / ahead - doors.shear[1], -doors.rotation
-    )
+    x, y = beam.x / ahead - doors.shear[0], beam.y / ahead - doors.shear[1]
+    x, y = _turned_back(nodes, x, y, doors.rotation)
     covered = _covered(nodes, x, y, doors.outline) * (ahead > 0.0)
     taken = covered if doors.invert else 1.0 - covered
     return 1.0 - taken * doors.density
 
 
-def _turned(x: Scalar, y: Scalar, angle: float) -> tuple[Scalar, Scalar]:
-    """Counter-clockwise."""
+def _turned_back(nodes: NodeMath, x: Scalar, y: Scalar, angle: Number) -> tuple[Scalar, Scalar]:
+    """Clockwise."""
     if angle == 0.0:
         return x, y
-    cosine, sine = float(np.cos(angle)), float(np.sin(angle))
-    return x * cosine - y * sine, x * sine + y * cosine
+    cosine, sine = nodes.cosine_and_sine(angle)
+    return x * cosine + y * sine, y * cosine - x * sine
 
 
 def _covered(nodes: NodeMath, x: Scalar, y: Scalar, shape: Superellipse) -> Scalar:
@@ -146,28 +151,34 @@ def _covered(nodes: NodeMath, x: Scalar, y: Scalar, shape: Superellipse) -> Scal
 
 
 def _outline(
-    nodes: NodeMath, p: tuple[Scalar, Scalar], sides: tuple[float, float], roundness: float
+    nodes: NodeMath, p: tuple[Scalar, Scalar], sides: tuple[Number, Number], roundness: Number
 ) -> Scalar:
     """How large the outline of this shape through a point is, 1 being its own size."""
-    u, v = (abs(part) / max(side, _THINNEST) for part, side in zip(p, sides, strict=True))
+    u, v = (abs(part) / _at_least(nodes, side) for part, side in zip(p, sides, strict=True))
     larger, smaller = nodes.maximum(u, v), nodes.minimum(u, v)
-    if roundness <= _SQUAREST:
+    if not isinstance(roundness, Scalar) and roundness <= _SQUAREST:
         return larger
     # With the larger in front no power leaves what float32 holds.
     exponent = 2.0 / roundness
     return larger * (1.0 + (smaller / larger) ** exponent) ** (1.0 / exponent)
 
 
+def _at_least(nodes: NodeMath, side: Number) -> Number:
+    if isinstance(side, Scalar):
+        return nodes.maximum(side, _THINNEST)
+    return max(side, _THINNEST)
+
+
 def _distance(nodes: NodeMath, beam: _Beam, span: DistanceRange) -> Scalar:
     distance = -beam.z if span.along_axis else beam.from_centre
     near = _step(nodes, span.near - span.near_edge, span.near, distance)
-    if not np.isfinite(span.far):
+    if span.far == float("inf"):
         return near
     return near * (1.0 - _step(nodes, span.far, span.far + span.far_edge, distance))
 
 
-def _step(nodes: NodeMath, low: float, high: float, value: Scalar) -> Scalar:
-    if high > low:
+def _step(nodes: NodeMath, low: Number, high: Number, value: Scalar) -> Scalar:
+    if isinstance(low, Scalar) or isinstance(high, Scalar) or high > low:
         return nodes.smoothstep(low, high, value)
     return 1.0 - (value < high)
 
@@ -177,13 +188,12 @@ def _falloff(nodes: NodeMath, beam: _Beam, falloff: Falloff) -> Scalar:
     return nodes.minimum(nodes.maximum(power, 2.0**-100), 2.0**100)
 
 
-def _slide(nodes: NodeMath, beam: _Beam, slide: Slide) -> Vector:
-    picture = slide_picture(slide)
+def _slide(nodes: NodeMath, beam: _Beam, slide: Slide, picture: SlidePicture) -> Vector:
     ahead = -beam.z
-    x, y = _turned(
-        beam.x / ahead - slide.offset[0], beam.y / ahead - slide.offset[1], -slide.rotation
-    )
-    u, v = x / picture.scale[0] + 0.5, y / picture.scale[1] + 0.5
+    x, y = beam.x / ahead - slide.offset[0], beam.y / ahead - slide.offset[1]
+    x, y = _turned_back(nodes, x, y, slide.rotation)
+    u = x / (slide.scale[0] * picture.scale[0]) + 0.5
+    v = y / (slide.scale[1] * picture.scale[1]) + 0.5
     node = nodes.node(
         "ShaderNodeTexImage",
         image=blender_picture(picture.pixels, slide.image),
@@ -208,8 +218,8 @@ def _noise(nodes: NodeMath, beam: _Beam, noise: Noise) -> Scalar:
     node = nodes.node("ShaderNodeTexNoise", noise_dimensions="3D", noise_type="FBM", normalize=True)
     place = nodes.combined(beam.x, beam.y, beam.z)
     scale = noise.scale / beam.from_centre if noise.projected else noise.scale
-    x, y, z = (float(n) for n in noise.offset)
-    nodes.feed(node.inputs["Vector"], nodes.vector_math("ADD", place.scaled(scale), (x, y, z)))
+    offset = nodes.combined(*noise.offset)
+    nodes.feed(node.inputs["Vector"], place.scaled(scale) + offset)
     values = {
         "Scale": 1.0,
         "Detail": noise.detail,
@@ -218,7 +228,7 @@ def _noise(nodes: NodeMath, beam: _Beam, noise: Noise) -> Scalar:
         "Distortion": 0.0,
     }
     for name, value in values.items():
-        node.inputs[name].default_value = value
+        nodes.feed(node.inputs[name], value)
     fac = nodes.scalar(node, "Factor")
     return nodes.maximum((2.0 * fac - 1.0) * noise.amount + 1.0, 0.0)
 
@@ -243,7 +253,7 @@ def _blocker(nodes: NodeMath, beam: _Beam, blocker: Blocker) -> Vector | Scalar:
     if blocker.invert:
         covered = 1.0 - covered
     taken = covered * (along > 0.0) * (along < 1.0) * blocker.density
-    red, green, blue = (float(channel) for channel in blocker.color)
+    red, green, blue = blocker.color
     if red == green == blue:
         return 1.0 - taken * (1.0 - red)
     return nodes.combined(

@@ -25,9 +25,14 @@ FAILURE_LINE = "Error: Loading "
 
 
 def load_blender() -> None:
-    """Import bpy, which crashes when it is interrupted in that."""
+    """Import bpy, which crashes when it is interrupted in that, and register lights' controls."""
     with uninterrupted():
         import bpy  # noqa: F401
+
+        from addon.ui import light_properties
+
+        # What artists set on lights is to be read and edited here too.
+        light_properties.register()
 
 
 def check_blend(path: Path) -> None:

@@ -2,6 +2,9 @@
 """EDITS.json: what to change about a scene's lights, by Blender's own names.
 
     {"Key": {"energy": 300.0, "location": [1, 2, 3], "color": [1, 0.8, 0.6]}, "Rim": null}
+    {"Key": {"barn_doors.use": true, "barn_doors.width": 0.3, "shadow.color": [0, 0, 0.2]}}
+
+Names with a dot, and the weights, are Relume's own controls (`control_edits`).
 
 The edits are applied to Blender's data, so that Relume and Cycles read the same lights, and
 taken back afterwards.
@@ -13,10 +16,13 @@ import json
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from ..errors import InputError
+from ..scene.image_reader import find_image
+from .control_edits import control_names, find_block, find_control
 
 # A light's name to what changes about it; None switches it off.
 Edits = Mapping[str, Mapping[str, Any] | None]
@@ -80,40 +86,66 @@ def applied_edits(scene: Any, edits: Edits) -> Iterator[None]:
         InputError: an unknown light or attribute, or a value that it cannot have.
     """
     lights = {obj.name: obj for obj in scene.objects if obj.type == "LIGHT"}
-    checked: list[tuple[Any, dict[str, Any] | None]] = []
+    checked: list[tuple[Any, list[_Change] | None]] = []
     for name, changes in edits.items():
         if name not in lights:
             known = ", ".join(sorted(lights)) or "none"
             raise InputError(f"there is no light '{name}'; the scene's lights are: {known}")
-        checked.append((lights[name], None if changes is None else _checked(lights[name], changes)))
+        light = lights[name]
+        checked.append((light, None if changes is None else _checked(scene, light, changes)))
     with ExitStack() as restore:
         for light, values in checked:
             _apply(light, values, restore)
         yield
 
 
-def _checked(light: Any, changes: Mapping[str, Any]) -> dict[str, Any]:
-    """The values in Blender's own types."""
-    values = {}
-    for attribute, value in changes.items():
-        if attribute in OBJECT_ATTRIBUTES:
-            block = light
-        elif attribute in LIGHT_ATTRIBUTES:
-            block = light.data
-        else:
-            known = ", ".join((*OBJECT_ATTRIBUTES, *LIGHT_ATTRIBUTES))
+@dataclass(frozen=True)
+class _Change:
+    """A value for a property of a data-block: a light's object, or its data."""
+
+    of_object: bool
+    path: str
+    value: Any
+
+
+def _checked(scene: Any, light: Any, changes: Mapping[str, Any]) -> list[_Change]:
+    """The changes with values in Blender's own types."""
+    return [_change(scene, light, attribute, value) for attribute, value in changes.items()]
+
+
+def _change(scene: Any, light: Any, attribute: str, value: Any) -> _Change:
+    what = f"'{attribute}' of light '{light.name}'"
+    if attribute in OBJECT_ATTRIBUTES:
+        declared = light.bl_rna.properties[attribute]
+        return _Change(True, attribute, _value(what, declared, value))
+    if attribute not in LIGHT_ATTRIBUTES:
+        found = find_control(light, attribute)
+        if found is None:
+            known = ", ".join((*OBJECT_ATTRIBUTES, *LIGHT_ATTRIBUTES, *control_names(light)))
             raise InputError(
                 f"light '{light.name}' has no attribute '{attribute}' to edit; there are: {known}"
             )
-        declared = block.bl_rna.properties.get(attribute)
-        if declared is None:
-            kind = light.data.type.lower()
-            kind = f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
-            raise InputError(
-                f"light '{light.name}' is {kind} light, which has no '{attribute}'; leave it out"
-            )
-        values[attribute] = _value(f"'{attribute}' of light '{light.name}'", declared, value)
-    return values
+        path, declared = found
+        if declared.type != "POINTER":
+            return _Change(False, path, _value(what, declared, value))
+        is_image = declared.fixed_type.identifier == "Image"
+        blocks = _Images() if is_image else scene.objects
+        return _Change(False, path, find_block(what, declared, value, blocks))
+    declared = light.data.bl_rna.properties.get(attribute)
+    if declared is None:
+        kind = light.data.type.lower()
+        kind = f"an {kind}" if kind[0] in "aeiou" else f"a {kind}"
+        raise InputError(
+            f"light '{light.name}' is {kind} light, which has no '{attribute}'; leave it out"
+        )
+    return _Change(False, attribute, _value(what, declared, value))
+
+
+class _Images:
+    """The open file's images."""
+
+    def get(self, name: str) -> Any:
+        return find_image(name)
 
 
 def _value(what: str, declared: Any, value: Any) -> Any:
@@ -151,17 +183,18 @@ def _number(what: str, declared: Any, value: Any) -> float:
     return float(value)
 
 
-def _apply(light: Any, values: dict[str, Any] | None, restore: ExitStack) -> None:
-    if values is None:
+def _apply(light: Any, changes: list[_Change] | None, restore: ExitStack) -> None:
+    if changes is None:
         _set(light, "hide_render", True, restore)
         return
-    if light.data.users > 1 and any(name in LIGHT_ATTRIBUTES for name in values):
+    if light.data.users > 1 and any(not change.of_object for change in changes):
         _make_single_user(light, restore)
-    for attribute, value in values.items():
-        _set(light if attribute in OBJECT_ATTRIBUTES else light.data, attribute, value, restore)
-    if "rotation_euler" in values and light.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
+    for change in changes:
+        _set(light if change.of_object else light.data, change.path, change.value, restore)
+    turned = [change.value for change in changes if change.path == "rotation_euler"]
+    if turned and light.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
         _set(light, "rotation_mode", "XYZ", restore)
-        light.rotation_euler = values["rotation_euler"]
+        light.rotation_euler = turned[-1]
 
 
 def _make_single_user(light: Any, restore: ExitStack) -> None:
@@ -172,16 +205,19 @@ def _make_single_user(light: Any, restore: ExitStack) -> None:
     restore.callback(setattr, light, "data", shared)
 
 
-def _set(block: Any, attribute: str, value: Any, restore: ExitStack) -> None:
-    """Set an attribute, stop what animates it, and arrange for both to be taken back."""
+def _set(block: Any, path: str, value: Any, restore: ExitStack) -> None:
+    """Set a property, stop what animates it, and arrange for both to be taken back."""
     for curve in _curves(block):
-        if curve.data_path == attribute and not curve.mute:
+        if curve.data_path == path and not curve.mute:
             curve.mute = True
             restore.callback(setattr, curve, "mute", False)
-    before = getattr(block, attribute)
-    before = before if isinstance(before, bool | int | float | str) else tuple(before)
-    restore.callback(setattr, block, attribute, before)
-    setattr(block, attribute, value)
+    group, _, attribute = path.rpartition(".")
+    owner = block.path_resolve(group) if group else block
+    before = getattr(owner, attribute)
+    if hasattr(before, "__len__") and not isinstance(before, str):
+        before = tuple(before)
+    restore.callback(setattr, owner, attribute, before)
+    setattr(owner, attribute, value)
 
 
 def _curves(block: Any) -> Iterator[Any]:

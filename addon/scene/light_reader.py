@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .light import NARROWEST_SPREAD, Light
+from .light_controls_reader import read_controls
 from .light_linking import LightLinking
 from .light_linking_reader import LinkingReader
 from .light_nodes_reader import UnmeasuredLight, constant_emission, known, measuring_key
@@ -59,7 +60,14 @@ def _without_nodes(depsgraph: Any) -> Iterator[tuple[Light, Any]]:
             continue
         names.add(name)
         light = _read_light(name, evaluated, world_from_light, linking.of(original))
-        yield light, evaluated.data
+        yield _with_controls(depsgraph, light, evaluated.data), evaluated.data
+
+
+def _with_controls(depsgraph: Any, light: Light, data: Any) -> Light:
+    problems: list[str] = []
+    controls = read_controls(depsgraph, data, problems)
+    told = (f"light '{light.name}': {problem}" for problem in problems)
+    return replace(light, controls=controls, warnings=(*light.warnings, *told))
 
 
 def _unique(name: str, taken: set[str]) -> str:

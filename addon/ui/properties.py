@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What Relume keeps in the .blend, as scene.relume, camera.relume and material.relume."""
+"""What Relume keeps in the .blend, as scene.relume, camera.relume and material.relume.
+
+light_properties has what lights have.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ from ..caching.presets import DEFAULT_PRESET, PRESETS
 from ..camplace.settings import RESOLUTIONS, PlacementSettings
 from ..sampling import PICTURE_SAMPLES
 from ..scene.box_reader import BOX_TYPES
+from . import light_properties
 
 # Blender keeps no strings of its own for an enumeration's items: they must outlive it here.
 _PRESET_ITEMS = tuple((name, name.capitalize(), fine.note) for name, fine in PRESETS.items())
@@ -231,10 +235,12 @@ def register() -> None:
     bpy.types.Camera.relume = bpy.props.PointerProperty(type=RELUME_PG_camera)
     bpy.types.Material.relume = bpy.props.PointerProperty(type=RELUME_PG_material)
     bpy.types.Scene.relume = bpy.props.PointerProperty(type=RELUME_PG_settings)
+    light_properties.register()
 
 
 def unregister() -> None:
     """Take them away again; what a .blend saved of them stays in it."""
+    light_properties.unregister()
     del bpy.types.Scene.relume
     del bpy.types.Material.relume
     del bpy.types.Camera.relume

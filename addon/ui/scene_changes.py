@@ -8,6 +8,7 @@ from typing import Any
 
 import bpy
 
+from ..scene.light_controls_reader import is_blocker
 from .surface_edit_watch import OWNERS, is_edit_alone
 
 _SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -68,17 +69,21 @@ def _of_update(update: Any) -> SceneChanges:  # noqa: PLR0911 - one case for eac
         moved = update.is_updated_transform
         if changed.type == "LIGHT":
             return SceneChanges(lights=True)
+        blocks = moved and is_blocker(changed.original, bpy.data.lights)
         if changed.type in _SHAPES:
-            return SceneChanges(geometry=moved or update.is_updated_geometry, edits=True)
+            shapes = moved or update.is_updated_geometry
+            return SceneChanges(geometry=shapes, lights=blocks, edits=True)
         # An empty or an armature may instance or carry others.
         instances = changed.instance_type != "NONE" and moved
-        return SceneChanges(geometry=instances, lights=instances)
+        return SceneChanges(geometry=instances, lights=instances or blocks)
     if isinstance(changed, bpy.types.Light):
         return SceneChanges(lights=True)
     if isinstance(changed, bpy.types.World):
         return SceneChanges(world=True)
     if isinstance(changed, _SHADING):
-        return SceneChanges(materials=True, edits=True)
+        # An image may be a light's slide too.
+        image = isinstance(changed, bpy.types.Image)
+        return SceneChanges(materials=True, lights=image, edits=True)
     return NOTHING
 
 

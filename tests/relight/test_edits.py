@@ -151,3 +151,84 @@ def test_read(tmp_path: Path) -> None:
             read_edits(path)
     with pytest.raises(InputError, match="nowhere"):
         read_edits(tmp_path / "nowhere.json")
+
+
+@pytest.fixture
+def controls(scene: Any) -> Iterator[Any]:
+    """The scene's key light with Relume's controls, and a blocker."""
+    import bpy
+
+    from addon.ui import light_properties
+
+    light_properties.register()
+    key = scene.objects["Key"]
+    flag = bpy.data.objects.new("Flag.001", None)
+    scene.collection.objects.link(flag)
+    key.data.relume.blockers.add().object = flag
+    yield key
+    light_properties.unregister()
+
+
+def test_controls_are_applied_and_taken_back(scene: Any, controls: Any) -> None:
+    import bpy
+
+    image = bpy.data.images.new("Leaves", 2, 2)
+    edits = {
+        "Key": {
+            "barn_doors.use": True, "barn_doors.width": 0.25, "barn_doors.shear": [0.5, 0.0],
+            "slide.image": "Leaves", "slide.kind": "SLIDE", "shadow.color": [0, 0, 0.5],
+            "blockers.Flag.001.density": 0.5, "blockers.Flag.001.object": None, "ambient": 0.125,
+        }
+    }  # fmt: skip
+    with applied_edits(scene, edits):
+        c = controls.data.relume
+        assert (c.barn_doors.use, c.barn_doors.width) == (True, 0.25)
+        assert tuple(c.barn_doors.shear) == (0.5, 0.0)
+        assert (c.slide.image, c.slide.kind) == (image, "SLIDE")
+        assert tuple(c.shadow.color) == (0.0, 0.0, 0.5)
+        assert (c.blockers[0].density, c.blockers[0].object) == (0.5, None)
+        assert c.ambient == 0.125
+    c = controls.data.relume
+    assert (c.barn_doors.use, c.barn_doors.width) == (False, 0.5)
+    assert (c.slide.image, c.slide.kind) == (None, "COOKIE")
+    assert tuple(c.shadow.color) == (0.0, 0.0, 0.0)
+    assert (c.blockers[0].density, c.blockers[0].object.name) == (1.0, "Flag.001")
+    assert c.ambient == 0.0
+
+
+def test_an_animated_control_stands_still(scene: Any, controls: Any) -> None:
+    import bpy
+
+    noise = controls.data.relume.noise
+    for frame, amount in ((1, 0.0), (11, 1.0)):
+        noise.amount = amount
+        controls.data.keyframe_insert("relume.noise.amount", frame=frame)
+    with applied_edits(scene, {"Key": {"noise.amount": 4.0}}):
+        scene.frame_set(6)
+        depsgraph = bpy.context.evaluated_depsgraph_get()
+        assert controls.evaluated_get(depsgraph).data.relume.noise.amount == 4.0
+    scene.frame_set(6)
+    assert controls.data.relume.noise.amount == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(
+    ("edits", "words"),
+    [
+        ({"barn_doors.widht": 1.0}, ("'barn_doors.widht'", "barn_doors.width", "ambient")),
+        ({"barn_door.width": 1.0}, ("'barn_door.width'",)),
+        ({"barn_doors": 1.0}, ("'barn_doors'",)),
+        ({"active_blocker": 1}, ("'active_blocker'",)),
+        ({"barn_doors.density": 2.0}, ("between 0 and 1",)),
+        ({"barn_doors.use": 1}, ("true or false",)),
+        ({"slide.kind": "GOBO"}, ("COOKIE", "SLIDE")),
+        ({"slide.image": "Clouds"}, ("'slide.image'", "image", "Clouds")),
+        ({"blockers.Flag.density": 0.5}, ("'blockers.Flag.density'", "blockers.Flag.001.density")),
+        ({"shadow.color": 3.0}, ("3 numbers",)),
+    ],
+)
+def test_odd_controls_are_refused(
+    scene: Any, controls: Any, edits: dict[str, Any], words: tuple[str, ...]
+) -> None:
+    with pytest.raises(InputError) as caught, applied_edits(scene, {"Key": edits}):
+        pytest.fail("the edit was accepted")
+    assert all(word in str(caught.value) for word in words), str(caught.value)

@@ -59,7 +59,7 @@ class LayerDrawing:
         self._geometry: GeometryBuffer | None = None
         self._shadows = ShadowCache()
         self._traced: TracedShadowPass | None = None
-        self._receivers: NDArray[np.float64] | None = None
+        self._receivers: tuple[NDArray[np.float64], NDArray[np.float64] | None] | None = None
         self._tables = AlbedoTextures()
         layout = sampler.layout
         self._has_emission = has_emission
@@ -181,7 +181,8 @@ class LayerDrawing:
             raise RuntimeError("set a view before drawing shadows")
         bounds = self._sampler.geometry.bounds
         casters = self._objects.of(light).casters
-        return self._pass.draw(light, sample, bounds, self._visible_receivers(), casters)
+        receivers, eye = self._visible_receivers()
+        return self._pass.draw(light, sample, bounds, receivers, objects=casters, eye=eye)
 
     def _light_sample(
         self, light: Light, k: int, count: int, *, moved: bool = False
@@ -195,12 +196,14 @@ class LayerDrawing:
             self._touching[key] = touches_surface(light, self._sampler.geometry, casters)
         return light_sample(light, k, count, touching=self._touching[key])
 
-    def _visible_receivers(self) -> NDArray[np.float64]:
-        """(N, 3) world-space points that the view sees, for fitting sun shadow maps."""
+    def _visible_receivers(self) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """(N, 3) world-space points that the view sees, for fitting sun shadow maps; and where
+        from, (3,), or None for a parallel projection, which has them all equally large."""
         if self._receivers is None:
             surface: SurfaceBuffer = self._sampler.sample(0)
             stride = _RECEIVER_STRIDE
             position = read_texture(surface.position)[::stride, ::stride].reshape(-1, 4)
             visible = position[position[:, 3] > 0.0, :3].astype(np.float64)
-            self._receivers = visible + surface.origin
+            eye = surface.eye + surface.origin if surface.perspective else None
+            self._receivers = (visible + surface.origin, eye)
         return self._receivers

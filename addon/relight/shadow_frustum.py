@@ -50,6 +50,17 @@ _NEAR_OVER_FAR = 1e-7
 _MARGIN = 1e-4
 
 
+# Up to which shares of the farthest receiver's distance from the eye a sun's cascades reach: a
+# pixel there covers in proportion to its distance.
+_CASCADE_SHARES = (1.0 / 16.0, 0.25, 1.0)
+
+# A cascade has at most this share of the next one's width, or its texels are no finer to speak of.
+_WORTH_A_CASCADE = 0.6
+
+# Fewer receivers than this (each stands for 4 x 4 pixels) are no reason for a cascade.
+_FEWEST_RECEIVERS = 64
+
+
 @dataclass(frozen=True)
 class ShadowSettings:
     """How shadows are found, and how fine their maps are.
@@ -78,8 +89,9 @@ class ShadowFrustum:
         parallel: whether it is a parallel projection (sun).
         turned: whether each face looks from its own point; they are then blended.
         face_from_world: (F, 3, 3) float64, rows right, up and back of each face. Unit rows.
-        half_extent: half of a face's side: at distance 1 or, when parallel, in metres.
-        inner_half_extent: the same without the guard texels.
+        half_extents: (F,) half of each face's side: at distance 1 or, when parallel, in metres.
+            The faces of a parallel map are cascades, the smallest first.
+        inner_share: of that, without the guard texels.
         near, far: metres along a face's axis.
         resolution: texels along a face's side.
     """
@@ -89,8 +101,8 @@ class ShadowFrustum:
     parallel: bool
     turned: bool
     face_from_world: NDArray[np.float64]
-    half_extent: float
-    inner_half_extent: float
+    half_extents: NDArray[np.float64]
+    inner_share: float
     near: float
     far: float
     resolution: int
@@ -121,7 +133,7 @@ class ShadowFrustum:
         camera[:3, :3] = rotation
         camera[:3, 3] = rotation @ (local_origin - self.origins[face])
         clip = np.zeros((4, 4))
-        clip[0, 0] = clip[1, 1] = 1.0 / self.half_extent
+        clip[0, 0] = clip[1, 1] = 1.0 / self.half_extents[face]
         near, far = self.near, self.far
         if self.parallel:
             clip[2, 2:] = -2.0 / (far - near), -(far + near) / (far - near)
@@ -132,12 +144,13 @@ class ShadowFrustum:
         return clip @ camera
 
 
-def shadow_frustum(
+def shadow_frustum(  # noqa: PLR0917 - what a light sees depends on as much
     light: Light,
     sample: LightSample,
     caster_bounds: NDArray[np.float64],
     receivers: NDArray[np.float64],
     settings: ShadowSettings,
+    eye: NDArray[np.float64] | None = None,
 ) -> ShadowFrustum:
     """The frustum of one point of a light.
 
@@ -146,11 +159,13 @@ def shadow_frustum(
         sample: its point.
         caster_bounds: (2, 3) world space, the box around all that casts shadows.
         receivers: (N, 3) world space, points (or box corners) around all that is lit; a sun's
-            window is fitted to them.
+            windows are fitted to them.
         settings: resolutions.
+        eye: (3,) world space: where a sun's shadows are finer; None for one window only.
     """
     if light.type == "SUN":
-        return _parallel(sample.position, caster_bounds, receivers, settings.resolution)
+        groups = _cascades(receivers, eye)
+        return _parallel(sample.position, caster_bounds, groups, settings.resolution)
     basis = light.axes
     half_extent, faces, resolution = 1.0, _cube(basis), settings.cube_resolution
     # What a light lights may be anywhere about the place that its shadows were moved to.
@@ -178,8 +193,8 @@ def shadow_frustum(
         parallel=False,
         turned=touching,
         face_from_world=faces,
-        half_extent=half_extent * _guarded(resolution),
-        inner_half_extent=half_extent,
+        half_extents=np.full(len(faces), half_extent * _guarded(resolution)),
+        inner_share=1.0 / _guarded(resolution),
         near=far * _NEAR_OVER_FAR,
         far=far * (1.0 + _MARGIN),
         resolution=resolution,
@@ -281,32 +296,52 @@ def _cone(light: Light) -> float:
     return 2.0 * float(np.arctan(wide))
 
 
+def _cascades(
+    receivers: NDArray[np.float64], eye: NDArray[np.float64] | None
+) -> list[NDArray[np.float64]]:
+    """Receivers up to growing distances from the eye, the last of them all."""
+    if eye is None or len(receivers) < _FEWEST_RECEIVERS:
+        return [receivers]
+    away = np.linalg.norm(receivers - eye, axis=1)
+    groups = [receivers[away <= share * away.max()] for share in _CASCADE_SHARES]
+    return [group for group in groups if len(group) >= _FEWEST_RECEIVERS] or [receivers]
+
+
 def _parallel(
     toward: NDArray[np.float64],
     caster_bounds: NDArray[np.float64],
-    receivers: NDArray[np.float64],
+    cascades: list[NDArray[np.float64]],
     resolution: int,
 ) -> ShadowFrustum:
-    """A sun's window: square around the receivers, deep enough for all casters."""
+    """A sun's windows: squares around the receivers, deep enough for all casters.
+
+    A cascade that is not much smaller than the next is left out.
+    """
     rotation = np.stack([*frame_across(toward), toward])
     # Relative to the casters' own centre, so that a scene far from the origin keeps its digits.
     middle = caster_bounds.mean(axis=0)
     casters = (_corners(caster_bounds) - middle) @ rotation.T
-    lit = (receivers - middle) @ rotation.T if len(receivers) else casters
-    low, high = lit.min(axis=0), lit.max(axis=0)
-    half = 0.5 * float((high - low)[:2].max())
-    depth = float(casters[:, 2].max() - min(casters[:, 2].min(), low[2])) or 1.0
-    half = half or depth
+    every = (cascades[-1] - middle) @ rotation.T if len(cascades[-1]) else casters
+    depth = float(casters[:, 2].max() - min(casters[:, 2].min(), every[:, 2].min())) or 1.0
     margin = depth * _MARGIN
-    centre = np.array([*(0.5 * (low + high))[:2], casters[:, 2].max() + margin])
+    halves: list[float] = []
+    centres: list[list[float]] = []
+    for receivers in reversed(cascades):
+        lit = (receivers - middle) @ rotation.T if len(receivers) else casters
+        low, high = lit[:, :2].min(axis=0), lit[:, :2].max(axis=0)
+        half = 0.5 * float((high - low).max()) or depth
+        if not halves or half <= _WORTH_A_CASCADE * halves[0]:
+            halves.insert(0, half)
+            centres.insert(0, [*(0.5 * (low + high)), casters[:, 2].max() + margin])
+    origins = middle + np.array(centres) @ rotation
     return ShadowFrustum(
-        origins=(middle + centre @ rotation)[None],
-        centre=middle + centre @ rotation,
+        origins=origins,
+        centre=origins[-1],
         parallel=True,
         turned=False,
-        face_from_world=rotation[None],
-        half_extent=half * _guarded(resolution),
-        inner_half_extent=half,
+        face_from_world=np.broadcast_to(rotation, (len(halves), 3, 3)),
+        half_extents=np.array(halves) * _guarded(resolution),
+        inner_share=1.0 / _guarded(resolution),
         near=0.0,
         far=depth + 2.0 * margin,
         resolution=resolution,

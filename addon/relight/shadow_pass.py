@@ -45,7 +45,6 @@ SHADOW_BLOCK = UniformBlock(
         Field("vec4", "back", MAX_FACES),
         Field("vec4", "origin", MAX_FACES),
         Field("vec4", "centre"),
-        Field("float", "half_extent"),
         Field("float", "inner_share"),
         Field("float", "resolution"),
         Field("float", "columns"),
@@ -101,14 +100,14 @@ def shadow_uniforms(frustum: ShadowFrustum, local_origin: NDArray[np.float64]) -
     rows = np.zeros((4, len(frustum.face_from_world), 4))
     rows[:3, :, :3] = frustum.face_from_world.transpose(1, 0, 2)
     rows[3, :, :3] = frustum.origins - local_origin
+    rows[3, :, 3] = frustum.half_extents
     return {
         "right": rows[0],
         "up": rows[1],
         "back": rows[2],
         "origin": rows[3],
         "centre": np.append(frustum.centre - local_origin, 0.0),
-        "half_extent": frustum.half_extent,
-        "inner_share": frustum.inner_half_extent / frustum.half_extent,
+        "inner_share": frustum.inner_share,
         "resolution": frustum.resolution,
         "columns": frustum.grid[0],
         "faces": len(frustum.face_from_world),
@@ -132,7 +131,9 @@ class ShadowPass:
         sample: LightSample,
         caster_bounds: NDArray[np.float64],
         receivers: NDArray[np.float64],
+        *,
         objects: NDArray[np.bool_] | None = None,
+        eye: NDArray[np.float64] | None = None,
     ) -> ShadowMap:
         """The shadow map of one point of a light.
 
@@ -143,8 +144,9 @@ class ShadowPass:
             receivers: (N, 3) float64 world space: points or box corners around what is lit;
                 a sun's map is fitted to them. Outside of its map a sun casts no shadow.
             objects: which of `SceneGeometry.object_names` cast its shadows; None for all.
+            eye: (3,) float64 world space: near it a sun's shadows are finer.
         """
-        frustum = shadow_frustum(light, sample, caster_bounds, receivers, self.settings)
+        frustum = shadow_frustum(light, sample, caster_bounds, receivers, self.settings, eye)
         distance = texture_2d(*frustum.size, "R32F")
         size = frustum.resolution
         target = framebuffer([distance], self._depth_texture(frustum.size))

@@ -23,6 +23,8 @@ def visibility(frustum: ShadowFrustum, atlas: Array, points: Array, Ng: Array) -
         weights = np.stack([_weight(frustum, face, points) for face in faces])
         shares = np.stack([_look(frustum, face, atlas, points, Ng) for face in faces])
         return np.asarray((weights * shares).sum(axis=0) / weights.sum(axis=0))
+    if frustum.parallel:
+        return _in_cascades(frustum, atlas, points, Ng)
     axes = -frustum.face_from_world[:, 2]
     own = np.argmax((points - frustum.centre) @ axes.T, axis=-1)
     result = np.ones(points.shape[:-1])
@@ -32,31 +34,44 @@ def visibility(frustum: ShadowFrustum, atlas: Array, points: Array, Ng: Array) -
     return result
 
 
+def _in_cascades(frustum: ShadowFrustum, atlas: Array, points: Array, Ng: Array) -> Array:
+    """(...) what the smallest cascade that holds a point says of it."""
+    result, found = np.ones(points.shape[:-1]), np.zeros(points.shape[:-1], dtype=bool)
+    for face, (half, origin) in enumerate(
+        zip(frustum.half_extents, frustum.origins, strict=True)
+    ):  # fmt: skip
+        in_face = (points - origin) @ frustum.face_from_world[face].T
+        inside = (np.abs(in_face[..., :2]) <= half * frustum.inner_share).all(axis=-1) & ~found
+        result[inside] = _look(frustum, face, atlas, points[inside], Ng[inside])
+        found |= inside
+    return result
+
+
 def _weight(frustum: ShadowFrustum, face: int, points: Array) -> Array:
     """(...) what a touching lamp's face has to say about points."""
     in_face = (points - frustum.centre) @ frustum.face_from_world[face].T
     depth = -in_face[..., 2]
     with np.errstate(divide="ignore"):
-        x = np.abs(in_face[..., :2]).max(axis=-1) / (depth * frustum.inner_half_extent)
+        x = np.abs(in_face[..., :2]).max(axis=-1) / (
+            depth * frustum.half_extents[face] * frustum.inner_share
+        )
     return np.asarray(np.where(depth > 0.0, np.maximum(1.0 - x, 0.0), 0.0) ** 8)
 
 
 def _look(frustum: ShadowFrustum, face: int, atlas: Array, points: Array, Ng: Array) -> Array:
     """(...) what one face's map says of points."""
-    size, share = frustum.resolution, frustum.inner_half_extent / frustum.half_extent
+    size, share, half = frustum.resolution, frustum.inner_share, frustum.half_extents[face]
     result = np.ones(points.shape[:-1])
     receiver = points - frustum.origins[face]
     in_face = receiver @ frustum.face_from_world[face].T
     depth = np.ones_like(in_face[..., 2]) if frustum.parallel else -in_face[..., 2]
     with np.errstate(divide="ignore", invalid="ignore"):
-        ndc = in_face[..., :2] / (depth * frustum.half_extent)[..., None]
+        ndc = in_face[..., :2] / (depth * half)[..., None]
     inside = depth > 0.0
-    if frustum.parallel:
-        inside &= (np.abs(ndc) <= share).all(axis=-1)
     at = (np.clip(ndc[inside], -share, share) * 0.5 + 0.5) * size - 0.5
     low = np.floor(at).astype(np.int64)
     t = at - low
-    slack = frustum.half_extent / size * depth[inside]
+    slack = half / size * depth[inside]
     total = np.zeros(len(at))
     for dx in (0, 1):
         for dy in (0, 1):
@@ -76,7 +91,7 @@ class _Ray:
         x, y = frustum.cell(face)
         self.column, self.row = x + texel[:, 0], y + texel[:, 1]
         right, up, back = frustum.face_from_world[face]
-        across = ((texel + 0.5) / frustum.resolution * 2.0 - 1.0) * frustum.half_extent
+        across = ((texel + 0.5) / frustum.resolution * 2.0 - 1.0) * frustum.half_extents[face]
         place = across[:, :1] * right + across[:, 1:] * up
         if frustum.parallel:
             self.direction, self.start = np.broadcast_to(-back, place.shape), place

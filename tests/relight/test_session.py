@@ -243,9 +243,9 @@ def test_shaping_a_light_keeps_its_shadow_maps(
     drawn: list[str] = []
     real = session._drawing._pass.draw
 
-    def draw(light: Light, *args: Any) -> Any:
+    def draw(light: Light, *args: Any, **kwargs: Any) -> Any:
         drawn.append(light.name)
-        return real(light, *args)
+        return real(light, *args, **kwargs)
 
     monkeypatch.setattr(session._drawing._pass, "draw", draw)
     session.set_lights([replace(lamp, spot_blend=0.9)])

@@ -108,7 +108,9 @@ def test_edge_of_a_square(name: str, far_away: tuple[float, float, float]) -> No
     surface = surfaces(points, np.array([0.0, 0.0, 1.0]), origin=far_away)
     result = lit(geometry, light, surface)
     frustum = result.shadow.frustum
-    texel = 2.0 * frustum.half_extent / frustum.resolution * (1.0 if light.type == "SUN" else H)
+    texel = (
+        2.0 * frustum.half_extents[-1] / frustum.resolution * (1.0 if light.type == "SUN" else H)
+    )
     # 2x2 texels are mixed: a ramp of two texels; and points are 5 mm apart.
     margin = 2.0 * texel + 0.005
     assert (result.visibility[:, xs < edge - margin] == 0.0).all()
@@ -291,3 +293,44 @@ def test_invisible_casters_cast_nothing() -> None:
     geometry = replace(geometry, shadow_visible=geometry.object_id == 0)
     surface = surfaces(floor_points(np.linspace(-1, 1, 9), np.zeros(1)), np.array([0.0, 0.0, 1.0]))
     assert (lit(geometry, EDGE_LIGHTS["point"], surface).visibility == 1.0).all()
+
+
+def test_cascades_of_a_sun() -> None:
+    """A floor 200 m long, seen from one end: shadows of posts near the eye are as sharp as the
+    smallest window's texels, which one window for all could not have; nothing changes its mind
+    from one cascade to the next."""
+    cubes = [box((0.0, y, 1.0), 0.2) for y in (2.0, 12.0, 60.0)]
+    posts = [(corners * [1.0, 1.0, 10.0] - [0.0, 0.0, 9.0], faces) for corners, faces in cubes]
+    floor = np.array([[-100.0, 0, 0], [100, 0, 0], [100, 200, 0], [-100, 200, 0]])
+    geometry = geometry_of([(floor, SQUARE), *posts])
+    light = light_at("SUN", (-1.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    eye = np.array([0.0, 0.0, 1.7])
+    rng = np.random.default_rng(3)
+    away = 200.0 ** rng.random(120 * 160)
+    points = np.stack([rng.uniform(-0.4, 0.4, away.size) * away, away, 0.0 * away], axis=-1)
+    shadow = ShadowPass(GeometryBuffer(geometry, eye), SETTINGS).draw(
+        light, light_sample(light, 0, 1), geometry.bounds, points, eye=eye
+    )
+    frustum = shadow.frustum
+    assert len(frustum.half_extents) == 3
+    # 12.5 m, 50 m and 200 m from the eye.
+    assert frustum.half_extents[0] < 0.1 * frustum.half_extents[2]
+    up = np.array([0.0, 0.0, 1.0])
+    surface = surfaces(points.reshape(120, 160, 3) - eye, up, origin=tuple(eye))
+    sample = light_sample(light, 0, 1)
+    both = [drawn_light(surface, light, [sample], shadow=s)[..., 0] for s in (shadow, None)]
+    got = (both[0] / both[1]).ravel()
+    seen = surface.position[..., :3].reshape(-1, 3) + eye
+    atlas = read_texture(shadow.distance)[..., 0].astype(np.float64)
+    want = twin.visibility(frustum, atlas, seen, np.broadcast_to(up, seen.shape))
+    assert (np.abs(got - want) > 1e-3).mean() < 2e-3
+    # A post's shadow on the floor runs along +x from its foot, 0.2 m wide and 2 m long.
+    for y, texel in zip((2.0, 12.0, 60.0), 2.0 * frustum.half_extents / 512, strict=True):
+        x = np.linspace(0.3, 1.5, 25)
+        across = np.linspace(-0.4, 0.4, 81)
+        place = np.stack(np.broadcast_arrays(x[:, None], y + across, 0.0), axis=-1)
+        share = twin.visibility(frustum, atlas, place, np.broadcast_to(up, place.shape))
+        inside = np.abs(across) < 0.1 - 2.0 * texel
+        outside = np.abs(across) > 0.1 + 2.0 * texel
+        assert (share[:, inside] == 0.0).all()
+        assert (share[:, outside] > 1.0 - 1e-12).all()

@@ -10,11 +10,16 @@
  * spacings (6e-8) of their size; at grazing incidence the plane's distance magnifies them. */
 const float ROUNDING = 4e-6;
 
+float face_extent(int face)
+{
+  return shadow.origin[face].w;
+}
+
 /* The ray through a texel's centre, not normalized: its length along the face's axis is 1. */
 vec3 texel_ray(int face, vec2 texel)
 {
   vec2 ndc = (texel + vec2(0.5)) / shadow.resolution * 2.0 - vec2(1.0);
-  vec2 across = ndc * shadow.half_extent;
+  vec2 across = ndc * face_extent(face);
   return across.x * shadow.right[face].xyz + across.y * shadow.up[face].xyz -
          shadow.back[face].xyz;
 }
@@ -31,7 +36,7 @@ float texel_visibility(int face, ivec2 texel, vec3 receiver, vec3 Ng, float slac
   float facing;
   if (shadow.parallel > 0.5) {
     vec2 ndc = (vec2(inside) + vec2(0.5)) / shadow.resolution * 2.0 - vec2(1.0);
-    vec2 across = ndc * shadow.half_extent;
+    vec2 across = ndc * face_extent(face);
     vec3 start = across.x * shadow.right[0].xyz + across.y * shadow.up[0].xyz;
     facing = -dot(Ng, shadow.back[0].xyz);
     reach = dot(Ng, receiver - start);
@@ -76,7 +81,7 @@ float face_weight(int face, vec3 from_centre)
   vec2 across = vec2(dot(shadow.right[face].xyz, from_centre),
                      dot(shadow.up[face].xyz, from_centre));
   float x = max(abs(across.x), abs(across.y)) /
-            (depth * shadow.half_extent * shadow.inner_share);
+            (depth * face_extent(face) * shadow.inner_share);
   /* The eighth power leaves little to any but the nearest, and still has no step. */
   float rest = max(1.0 - x, 0.0);
   rest *= rest;
@@ -84,33 +89,41 @@ float face_weight(int face, vec3 from_centre)
   return rest * rest;
 }
 
-/* What a face's map says of a receiver. `texel`: half of a texel's width at distance 1. */
-float lookup(int face, vec3 position, vec3 Ng, float texel)
+/* What a face's map says of a receiver. */
+float lookup(int face, vec3 position, vec3 Ng)
 {
+  /* Facets of a curved surface leave the tangent plane within a texel; half of its width is
+   * as far as they can when they meet at 45 degrees. */
+  float texel = face_extent(face) / shadow.resolution; /* at distance 1 */
   vec3 receiver = position - shadow.origin[face].xyz;
   float depth = -dot(shadow.back[face].xyz, receiver);
   if (depth <= 0.0) {
     return 1.0; /* behind a spot, or on the lamp itself */
   }
   vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
-             (depth * shadow.half_extent);
+             (depth * face_extent(face));
   return face_visibility(
       face, clamp(ndc, -shadow.inner_share, shadow.inner_share), receiver, Ng, texel * depth);
 }
 
+/* By the smallest cascade that holds the receiver; outside of all: lit. */
+float sun_visibility(vec3 position, vec3 Ng)
+{
+  for (int face = 0; face < int(shadow.faces); face++) {
+    vec3 receiver = position - shadow.origin[face].xyz;
+    vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
+               face_extent(face);
+    if (all(lessThanEqual(abs(ndc), vec2(shadow.inner_share)))) {
+      return face_visibility(face, ndc, receiver, Ng, face_extent(face) / shadow.resolution);
+    }
+  }
+  return 1.0;
+}
+
 float visibility(vec3 position, vec3 Ng)
 {
-  /* Facets of a curved surface leave the tangent plane within a texel; half of its width is
-   * as far as they can when they meet at 45 degrees. */
-  float texel = shadow.half_extent / shadow.resolution;
   if (shadow.parallel > 0.5) {
-    vec3 receiver = position - shadow.origin[0].xyz;
-    vec2 ndc = vec2(dot(shadow.right[0].xyz, receiver), dot(shadow.up[0].xyz, receiver)) /
-               shadow.half_extent;
-    if (any(greaterThan(abs(ndc), vec2(shadow.inner_share)))) {
-      return 1.0;
-    }
-    return face_visibility(0, ndc, receiver, Ng, texel);
+    return sun_visibility(position, Ng);
   }
   vec3 from_centre = position - shadow.centre.xyz;
   if (shadow.turned > 0.5) {
@@ -119,7 +132,7 @@ float visibility(vec3 position, vec3 Ng)
     for (int face = 0; face < int(shadow.faces); face++) {
       float weight = face_weight(face, from_centre);
       if (weight > 0.0) {
-        sum += weight * lookup(face, position, Ng, texel);
+        sum += weight * lookup(face, position, Ng);
         weights += weight;
       }
     }
@@ -134,5 +147,5 @@ float visibility(vec3 position, vec3 Ng)
       face = other;
     }
   }
-  return lookup(face, position, Ng, texel);
+  return lookup(face, position, Ng);
 }

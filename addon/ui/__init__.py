@@ -21,6 +21,7 @@ from . import (
     surface_edit_watch,
     surface_panels,
     surface_properties,
+    write_back_operators,
 )
 
 _MODULES = (
@@ -30,6 +31,7 @@ _MODULES = (
     engine,
     panels,
     light_panels,
+    write_back_operators,
     light_mixer,
     frame_panel,
     surface_panels,

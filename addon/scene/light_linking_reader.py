@@ -17,6 +17,9 @@ from .light_linking import (
     ObjectWeight,
 )
 
+# The property group's name on a `bpy.types.Object`.
+SELECTION_NAME = "relume_objects"
+
 _Kind = Literal["receiver_collection", "blocker_collection"]
 
 
@@ -26,12 +29,13 @@ class LinkingReader:
     def __init__(self, depsgraph: Any) -> None:
         self._depsgraph = depsgraph
 
-    def of(self, original: Any) -> LightLinking:
-        """The linking of a light's original object."""
+    def of(self, evaluated: Any) -> LightLinking:
+        """The linking of a light's evaluated object."""
+        original = evaluated.original
         linking = LightLinking(
             self._linked(original, "receiver_collection"),
             self._linked(original, "blocker_collection"),
-            read_selection(original.data),
+            read_selection(evaluated),
         )
         return UNLINKED if linking == UNLINKED else linking
 
@@ -89,28 +93,49 @@ def _link_states(collection: Any) -> dict[str, str]:
     return states
 
 
-def read_selection(data: Any) -> ObjectSelection | None:
-    """The object weights of a light's data; None where all objects are alike.
+def read_selection(obj: Any) -> ObjectSelection | None:
+    """The object weights that a light object has; None where all objects are alike.
 
     The weights of an object that is listed more than once, or in collections, multiply.
+
+    Args:
+        obj: a `bpy.types.Object`; an evaluated one for animated weights.
     """
-    settings = getattr(data, "relume_objects", None)
-    if settings is None or not settings.enabled:
+    settings = _settings(obj)
+    if settings is None:
         return None
     found: dict[str, list[tuple[float, float]]] = {}
-    for entry in settings.entries:
-        objects: list[Any] = []
-        if entry.kind == "OBJECT" and entry.object is not None:
-            objects = [entry.object]
-        elif entry.kind == "COLLECTION" and entry.collection is not None:
-            objects = list(entry.collection.all_objects)
-        diffuse = entry.weight if entry.lobes != "SPECULAR" else 1.0
-        specular = entry.weight if entry.lobes != "DIFFUSE" else 1.0
-        for obj in objects:
-            found.setdefault(obj.name_full, []).append((diffuse, specular))
+    for entry in _value(settings, "entries", ()):
+        weight = float(_value(entry, "weight", 1.0))
+        diffuse = weight if _value(entry, "use_diffuse", True) else 1.0
+        specular = weight if _value(entry, "use_specular", True) else 1.0
+        for name in _names(entry):
+            found.setdefault(name, []).append((diffuse, specular))
     weights = tuple(
         ObjectWeight(name, prod(w[0] for w in each), prod(w[1] for w in each))
         for name, each in sorted(found.items())
     )
-    selection = ObjectSelection(weights, float(settings.others))
+    selection = ObjectSelection(weights, float(_value(settings, "others", 1.0)))
     return None if selection == ObjectSelection() else selection
+
+
+def _settings(obj: Any) -> Any:
+    """The list's group; also where the extension is not registered, as on the command line."""
+    if hasattr(obj, SELECTION_NAME):
+        return getattr(obj, SELECTION_NAME)
+    kept = obj.bl_system_properties_get()
+    return None if kept is None else kept.get(SELECTION_NAME)
+
+
+def _value(group: Any, name: str, default: Any) -> Any:
+    """A property's value; of a bare group its default where it was never set."""
+    if isinstance(group, bpy.types.PropertyGroup):
+        return getattr(group, name)
+    return group.get(name, default)
+
+
+def _names(entry: Any) -> set[str]:
+    """The full names of the objects that an entry is about."""
+    collection, own = (_value(entry, name, None) for name in ("collection", "object"))
+    objects = set() if collection is None else {obj.name_full for obj in collection.all_objects}
+    return objects if own is None else objects | {own.name_full}

@@ -59,7 +59,7 @@ def _without_nodes(depsgraph: Any) -> Iterator[tuple[Light, Any]]:
         if not np.isfinite(world_from_light).all() or not world_from_light.any(axis=0).all():
             continue
         names.add(name)
-        light = _read_light(name, evaluated, world_from_light, linking.of(original))
+        light = _read_light(name, evaluated, world_from_light, linking.of(evaluated))
         yield _with_controls(depsgraph, light, evaluated.data), evaluated.data
 
 

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a session redoes when a light is linked otherwise, and that its pictures show it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.glsl.shader import read_texture
+from addon.relight.light_edit import changed_parts
+from addon.scene.geometry import SceneGeometry
+from addon.scene.light import Light
+from addon.scene.light_linking import LightLinking, LinkedObjects, ObjectSelection, ObjectWeight
+from addon.scene.view import View
+
+from .test_session import MemoryStore, counted_draws, open_session, point_light
+from .test_session import room as room  # noqa: PLC0414 - a fixture is exported so
+
+pytestmark = pytest.mark.usefixtures("gpu_context")
+
+# The room is "part 0", the box in it "part 1".
+BOX = frozenset(["part 1"])
+KEY = point_light("Key", (-1.0, -1.2, 1.5))
+
+
+def linked(light: Light, **linking: Any) -> Light:
+    return replace(light, linking=LightLinking(**linking))
+
+
+def seen_box(session: Any) -> NDArray[np.bool_]:
+    """(H, W) where a whole picture's samples all see the box, and where none does."""
+    samples = [
+        read_texture(session._sampler.sample(k, with_objects=True).objects)[..., 0]
+        for k in range(2)
+    ]
+    return np.stack(
+        [np.all([s == 2.0 for s in samples], 0), np.all([s == 1.0 for s in samples], 0)]
+    )
+
+
+def test_pictures(room: tuple[SceneGeometry, MemoryStore, View]) -> None:
+    session = open_session(room)
+    session.set_lights([KEY])
+    whole = session.render().layers["Key"]
+    box, others = seen_box(session)
+    assert box.any()
+    assert others.any()
+    selection = ObjectSelection((ObjectWeight("part 1", 2.0, 2.0),), 0.5)
+    session.set_lights([linked(KEY, selection=selection)])
+    weighted = session.render().layers["Key"]
+    # Weights that are powers of two change no digit.
+    np.testing.assert_array_equal(weighted[box], 2.0 * whole[box])
+    np.testing.assert_array_equal(weighted[others], 0.5 * whole[others])
+    session.set_lights([linked(KEY, receivers=LinkedObjects(excluded=BOX))])
+    excluded = session.render().layers["Key"]
+    assert not excluded[box].any()
+    np.testing.assert_array_equal(excluded[others], whole[others])
+    session.set_lights([linked(KEY, blockers=LinkedObjects(excluded=BOX))])
+    unblocked = session.render().layers["Key"]
+    lit_now = (unblocked > whole + 0.1 * whole.max()).any(axis=-1)
+    assert lit_now[others].any(), "the box casts no shadow any more"
+    session.set_lights([KEY])
+    np.testing.assert_array_equal(session.render().layers["Key"], whole)
+
+
+def test_only_what_depends_is_redone(
+    room: tuple[SceneGeometry, MemoryStore, View], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_session(room)
+    fill = point_light("Fill", (1.5, 1.0, 1.6))
+    session.set_lights([KEY, fill])
+    before = session.render().layers
+    surfaces = dict(session._sampler._samples)
+    maps = session._drawing.shadow_bytes
+    session.set_lights([linked(KEY, receivers=LinkedObjects(BOX)), fill])
+    with counted_draws(session, monkeypatch) as shaded:
+        after = session.render().layers
+    assert set(shaded) == {"Key"}
+    np.testing.assert_array_equal(after["Fill"], before["Fill"])
+    assert session._drawing.shadow_bytes == maps
+    # The surfaces were not read from the cache again: they only learned which objects they are.
+    kept = session._sampler._samples
+    assert all(kept[k].values is surfaces[k].values for k in surfaces)
+    assert all(kept[k].objects is not None for k in kept)
+
+
+def test_a_scene_without_links_has_no_objects(
+    room: tuple[SceneGeometry, MemoryStore, View],
+) -> None:
+    session = open_session(room)
+    session.set_lights([KEY])
+    session.render()
+    assert all(surface.objects is None for surface in session._sampler._samples.values())
+
+
+@pytest.mark.parametrize("traced", [False, True])
+def test_each_stage_of_the_picture(
+    room: tuple[SceneGeometry, MemoryStore, View], traced: bool
+) -> None:
+    """Coarse, preview and refined layers alike leave out what is not lit."""
+    from addon.relight.session import RelightSession
+    from addon.relight.shadow_frustum import ShadowSettings
+
+    geometry, store, view = room
+    shadows = ShadowSettings(method="traced" if traced else "map")
+    session: Any = RelightSession(geometry, cast("Any", store), 2, shadows)
+    session.set_view(view)
+    session.set_world(None)
+    session._preview_s = 1.0
+    session.set_lights([linked(KEY, receivers=LinkedObjects(excluded=BOX))])
+    box, _ = seen_box(session)
+    # A coarse pixel of 4 x 4 shows what its middle sees.
+    inner = box.copy()
+    for axis in (0, 1):
+        for shift in range(-3, 4):
+            inner &= np.roll(box, shift, axis)
+    assert inner.any()
+    stages = 0
+    while session.step():
+        stages += 1
+        picture = read_texture(session.draw_combined())[..., :3]
+        assert not picture[inner].any()
+    assert stages > 3
+    assert picture.any()
+
+
+def test_what_a_link_changes_of_a_light() -> None:
+    """Receivers and weights leave shadow maps as they are."""
+    some = LinkedObjects(BOX)
+    weights = ObjectSelection((), 0.5)
+    assert changed_parts(KEY, linked(KEY, receivers=some)) == ("shape",)
+    assert changed_parts(KEY, linked(KEY, selection=weights)) == ("shape",)
+    assert changed_parts(KEY, linked(KEY, blockers=some)) == ("shadow casting", "shape")
+    assert changed_parts(linked(KEY, blockers=some), linked(KEY, blockers=some)) == ()

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import WHITE, SurfaceEdit, SurfaceEdits
 from .channels import CHANNEL_BY_NAME, lobe_channel
 from .plan import ChannelPlan
@@ -28,15 +29,20 @@ def _no_means(_material: int, _channel: str) -> None:
 
 
 def out_of_reach(
-    plan: ChannelPlan, edits: SurfaceEdits, means: Means = _no_means
+    plan: ChannelPlan,
+    edits: SurfaceEdits,
+    means: Means = _no_means,
+    geometry: SceneGeometry | None = None,
 ) -> tuple[str, ...]:
-    """A sentence for each edit of a material that shows nothing, or less than it says.
+    """A sentence for each edit that shows nothing, or less than it says.
 
     Args:
         plan: of the cache.
         edits: of the scene.
         means: gives of a material (an index into the plan's) and a stored channel the mean over
             its texels, which of colours tells whether they are black everywhere.
+        geometry: with the plan's materials and one more for others; tells of which materials
+            objects are. Without it nothing is said of objects.
     """
     index = {name: number for number, name in enumerate(plan.material_names)}
     found: list[str] = []
@@ -48,7 +54,23 @@ def out_of_reach(
             continue
         reached = _Material(plan, index[name], means)
         found += [f"material '{name}': {text}" for text in reached.limits(edit)]
+    for name, edit in edits.objects.items():
+        materials = [] if edit.is_neutral else _materials_of(name, geometry)
+        # What one of its materials shows is no limit of the object.
+        each = [dict.fromkeys(_Material(plan, m, means).limits(edit)) for m in materials]
+        shared = [text for text in each[0] if all(text in other for other in each)] if each else []
+        found += [f"object '{name}': {text}" for text in shared]
     return tuple(found)
+
+
+def _materials_of(name: str, geometry: SceneGeometry | None) -> list[int]:
+    """The plan's materials on the objects of this name; none where another one is on them."""
+    if geometry is None:
+        return []
+    ids = [index for index, other in enumerate(geometry.object_names) if other == name]
+    used = np.unique(geometry.material_id[np.isin(geometry.object_id, ids)])
+    known = [int(material) for material in used if material < len(geometry.material_names) - 1]
+    return known if len(known) == len(used) else []
 
 
 class _Material:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import Texture
-from .surface_layout import SurfaceLayout
+from .surface_layout import OBJECT_SAMPLER, SurfaceLayout
 
 
 @dataclass(frozen=True)
@@ -51,9 +51,11 @@ class SurfaceBuffer:
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""
+        objects = {} if self.objects is None else {OBJECT_SAMPLER[0]: self.objects}
         return {
             "surface_position": self.position,
             "surface_geometric_normal": self.geometric_normal,
             "material_table": self.material_table,
             **dict(zip(self.layout.value_names, self.values, strict=True)),
+            **(objects if self.layout.edits_objects else {}),
         }

@@ -16,11 +16,14 @@ import numpy as np
 
 from ..caching.channels import CHANNEL_BY_NAME, LOBE_FIELDS, Channel, lobe_channel
 from ..caching.plan import ChannelPlan
-from ..glsl.shader import Samplers, source
+from ..glsl.shader import Samplers, SamplerType, source
 
 # Textures that a pass reads beside the surfaces' values: position, normal, material table, three
 # albedo tables; of a light its shadow map, the objects seen and their weights, of the world two.
 OTHER_TEXTURES = 9
+
+# What a pass declares that reads `SurfaceBuffer.objects`.
+OBJECT_SAMPLER: tuple[str, SamplerType] = ("surface_object", "FLOAT_2D")
 
 # Rows of the material table that one edit takes; see surface_edit.glsl.
 EDIT_ROWS = 3
@@ -44,10 +47,12 @@ class SurfaceLayout:
         plan: of the cache.
         edit_row: first row of the material table with what is edited about each material; None
             where nothing is, and shaders know of no edits.
+        edits_objects: whether rows behind it say what is edited about each object.
     """
 
     plan: ChannelPlan
     edit_row: int | None = None
+    edits_objects: bool = False
 
     @cached_property
     def values(self) -> tuple[tuple[str, int], ...]:
@@ -97,6 +102,7 @@ class SurfaceLayout:
             ("surface_geometric_normal", "FLOAT_2D"),
             ("material_table", "FLOAT_2D"),
             *values,
+            *(((OBJECT_SAMPLER,)) if self.edits_objects else ()),
         )
 
     @cached_property
@@ -158,9 +164,10 @@ class SurfaceLayout:
 
     def read_glsl(self) -> str:
         """`unpack_surface`, which surface.glsl declares."""
-        library = "" if self.edit_row is None else source("lib/surface_edit.glsl")
+        names = [] if self.edit_row is None else ["surface_edit"]
+        names += ["object_edit"] if self.edits_objects else []
         lines = [
-            library,
+            *(source(f"lib/{name}.glsl") for name in names),
             "void unpack_surface(ivec2 texel, int column, inout Surface surface)",
             "{",
         ]
@@ -179,7 +186,11 @@ class SurfaceLayout:
                 target = _GLSL_FIELDS.get(field, field)
                 lines.append(f"  surface.lobes[{lobe}].{target} = {self._value(channel)};")
         if self.edit_row is not None:
-            lines.append(f"  edit_surface(surface, read_edit(column, {self.edit_row}));")
+            lines.append(f"  SurfaceEdit edit = read_edit(column, {self.edit_row});")
+            if self.edits_objects:
+                first = self.edit_row + EDIT_ROWS
+                lines.append(f"  edit = joined(edit, read_object_edit(texel, {first}));")
+            lines.append("  edit_surface(surface, edit);")
         return "\n".join([*lines, "}", ""])
 
     def _value(self, channel: Channel) -> str:

@@ -96,7 +96,7 @@ class SurfaceSampler:
         surface cannot reach."""
         if self._edits.is_neutral or self._edit_table is None:
             return self._pages.warnings
-        limits = out_of_reach(self._plan, self._edits, self._edit_table.mean)
+        limits = out_of_reach(self._plan, self._edits, self._edit_table.mean, self._geometry)
         return (*self._pages.warnings, *limits)
 
     @property
@@ -134,6 +134,7 @@ class SurfaceSampler:
         self._buffer = None
         self._view = None
         self._forget()
+        self._apply_edits()
 
     def set_edits(self, edits: SurfaceEdits) -> bool:
         """Change surfaces as the edits say; False when they are what they were.
@@ -144,16 +145,18 @@ class SurfaceSampler:
         if edits == self._edits:
             return False
         self._edits = edits
-        if edits.is_neutral:
-            self._material_table = self._pages.material_table
-            self._layout = self._pages.surface_layout
-            return True
-        if self._edit_table is None:
-            pages = self._pages
-            self._edit_table = SurfaceEditTable(pages.surface_layout, pages.material_table)
-        self._material_table = self._edit_table.texture(edits)
-        self._layout = replace(self._pages.surface_layout, edit_row=self._edit_table.edit_row)
+        self._apply_edits()
         return True
+
+    def _apply_edits(self) -> None:
+        pages = self._pages
+        if self._edits.is_neutral:
+            self._material_table, self._layout = pages.material_table, pages.surface_layout
+            return
+        if self._edit_table is None:
+            self._edit_table = SurfaceEditTable(pages.surface_layout, pages.material_table)
+        names = self._geometry.object_names
+        self._material_table, self._layout = self._edit_table.make(self._edits, names)
 
     def set_view(self, view: View) -> bool:
         """Look from another camera; False when it is the same one."""
@@ -177,6 +180,7 @@ class SurfaceSampler:
         """
         if self._view is None:
             raise RuntimeError("set a view before sampling it")
+        with_objects = with_objects or self._layout.edits_objects
         surface = self._samples.get(index)
         if surface is None:
             surface = self._gathered(index, self._view, with_objects)

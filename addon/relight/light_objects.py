@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..corrmap.surface_buffer import SurfaceBuffer
+from ..corrmap.surface_layout import OBJECT_SAMPLER
 from ..glsl.shader import Samplers, texture_from_array
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
@@ -19,14 +20,14 @@ from ..scene.light_linking import blockers, receiver_weights
 _ROW = 1024
 
 # What a pass declares that reads the table: SurfaceBuffer.objects, and the table.
-OBJECT_SAMPLERS: Samplers = (("surface_object", "FLOAT_2D"), ("object_table", "FLOAT_2D"))
+OBJECT_SAMPLERS: Samplers = (OBJECT_SAMPLER, ("object_table", "FLOAT_2D"))
 
 
 def object_textures(surface: SurfaceBuffer, table: Any) -> dict[str, Any]:
     """The textures of OBJECT_SAMPLERS, for surfaces that have their `objects`."""
     if surface.objects is None:
         raise ValueError("the surfaces do not say which objects they are")
-    return {"surface_object": surface.objects, "object_table": table}
+    return {OBJECT_SAMPLER[0]: surface.objects, "object_table": table}
 
 
 # Lights that are linked alike have one table. Edits leave tables behind, so that there is an end.

@@ -192,6 +192,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
         "HAS_OBJECTS": variant.by_object,
         "SPLIT_LOBES": split,
     }
+    by_object = OBJECT_SAMPLERS if variant.by_object else ()
     return PassShader(
         name=f"light_{variant.light_type.lower()}",
         fragment="light",
@@ -216,7 +217,8 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             *table_samplers(layout),
             *(sampler for kind in filters for sampler in kind.samplers),
             *(shadow.samplers if shadow else ()),
-            *(OBJECT_SAMPLERS if variant.by_object else ()),
+            # Edited surfaces may read one of them already.
+            *(each for each in by_object if each not in layout.samplers),
         ),
         outputs=_outputs(layout, split),
         defines=(

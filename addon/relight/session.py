@@ -156,6 +156,7 @@ class RelightSession:
     def set_geometry(self, geometry: SceneGeometry) -> None:
         """Objects moved or changed their shape; the cache stays."""
         self._sampler.set_geometry(geometry)
+        self._drawing.follow_layout()
         view, self._view = self._view, None
         self._touch(GEOMETRY)
         if view is not None:

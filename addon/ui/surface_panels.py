@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
@@ -15,11 +14,10 @@ from ..scene.surface_edit import SurfaceEdit, SurfaceEdits
 from ..scene.surface_edit_reader import EDIT_NAME, surface_edit
 from .cache_state import read_cache_state
 from .engine import ENGINE
+from .panel_text import characters_across, draw_text
 
 # Types of objects whose surfaces are shown.
 _SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-# Letters in a line of a panel of the usual width; labels do not wrap by themselves.
-_LETTERS = 44
 
 
 class RELUME_OT_reset_surface_edit(bpy.types.Operator):
@@ -56,7 +54,7 @@ class _EditPanel:
     bl_space_type = "PROPERTIES"
     bl_region_type = "WINDOW"
 
-    def draw_edit(self, block: Any, of: str, limits: Iterator[str]) -> None:
+    def draw_edit(self, block: Any, of: str, limits: Iterator[str], characters: int) -> None:
         """The properties of a block's edit, and what is to be known of it."""
         layout: Any = self.layout  # type: ignore[attr-defined] # Blender's own
         layout.use_property_split = True
@@ -76,10 +74,7 @@ class _EditPanel:
         layout.operator("relume.reset_surface_edit", text="Reset", icon="LOOP_BACK").of = of
         box = layout.box().column(align=True)
         for sentence in ("Shown by Relume alone: Cycles renders the surface without it", *limits):
-            icon = "INFO"
-            for line in textwrap.wrap(sentence, _LETTERS):
-                box.label(text=line, icon=icon)
-                icon = "BLANK1"
+            draw_text(box, sentence, "INFO", characters)
 
 
 class RELUME_PT_material_edit(_EditPanel, bpy.types.Panel):
@@ -93,7 +88,9 @@ class RELUME_PT_material_edit(_EditPanel, bpy.types.Panel):
         return context.engine == ENGINE and context.material is not None
 
     def draw(self, context: Any) -> None:
-        self.draw_edit(context.material, "material", self._limits(context))
+        self.draw_edit(
+            context.material, "material", self._limits(context), characters_across(context)
+        )
 
     def _limits(self, context: Any) -> Iterator[str]:
         plan = read_cache_state(context.scene).plan
@@ -121,7 +118,7 @@ class RELUME_PT_object_edit(_EditPanel, bpy.types.Panel):
         )
 
     def draw(self, context: Any) -> None:
-        self.draw_edit(context.object, "object", iter(()))
+        self.draw_edit(context.object, "object", iter(()), characters_across(context))
 
 
 CLASSES = (RELUME_OT_reset_surface_edit, RELUME_PT_material_edit, RELUME_PT_object_edit)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from addon.caching.plan import ChannelPlan
 from addon.caching.surface_edit_reach import out_of_reach
 from addon.scene.surface_edit import SurfaceEdit, SurfaceEdits
+from tests.synthetic import box, geometry_of
 
 # Chalk is diffuse, Plastic black under gloss, Metal has no green, Lamp glows, Void is black.
 NAMES = ("Chalk", "Plastic", "Metal", "Lamp", "Void")
@@ -82,3 +84,14 @@ def test_what_varies_may_show_unless_it_is_black_on_the_whole() -> None:
     assert not out_of_reach(plan, edits)
     (sentence,) = out_of_reach(plan, edits, mean)
     assert sentence.startswith("material 'B': gain and tint do nothing")
+
+
+def test_an_object_is_limited_where_all_its_materials_are() -> None:
+    geometry = geometry_of([box((i, 0, 0), 0.5) for i in range(3)])
+    # The first is of Plastic and Void, which have no colour; the second of Void and Chalk.
+    half = len(geometry) // 6
+    materials = np.repeat([1, 4, 4, 0, 5, 5], half).astype(np.int32)
+    geometry = replace(geometry, material_id=materials, material_names=(*NAMES, ""))
+    edits = SurfaceEdits(objects={f"part {i}": SurfaceEdit(gain=2.0) for i in range(3)})
+    (sentence,) = out_of_reach(PLAN, edits, geometry=geometry)
+    assert sentence.startswith("object 'part 0': gain and tint do nothing")

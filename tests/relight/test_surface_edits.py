@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.corrmap import surface_edit_table
 from addon.corrmap.surface_buffer import SurfaceBuffer
 from addon.corrmap.surface_edit_table import SurfaceEditTable
 from addon.errors import InputError
@@ -44,14 +46,19 @@ EDITS = {
 }
 
 
-def uploaded(surfaces: Surfaces, edit: SurfaceEdit) -> SurfaceBuffer:
-    """Surfaces of a material that is edited."""
+def uploaded(
+    surfaces: Surfaces, edit: SurfaceEdit, of_objects: Sequence[SurfaceEdit] = ()
+) -> SurfaceBuffer:
+    """Surfaces of a material that is edited, on objects that are."""
     buffer = surfaces.upload()
-    names = buffer.layout.plan.material_names
     table = SurfaceEditTable(buffer.layout, buffer.material_table)
-    layout = replace(buffer.layout, edit_row=table.edit_row)
-    edits = SurfaceEdits(materials=dict.fromkeys(names, edit))
-    return replace(buffer, material_table=table.texture(edits), layout=layout)
+    names = tuple(f"object {number}" for number in range(len(of_objects)))
+    edits = SurfaceEdits(
+        dict.fromkeys(buffer.layout.plan.material_names, edit),
+        dict(zip(names, of_objects, strict=True)),
+    )
+    made, layout = table.make(edits, names)
+    return replace(buffer, material_table=made, layout=layout)
 
 
 def lit(buffer: SurfaceBuffer) -> NDArray[np.float64]:
@@ -74,6 +81,38 @@ def test_edited_surfaces_are_the_twins(name: str, lobes: int) -> None:
     want = light_twin.light_layer(edited(surfaces, EDITS[name]), LIGHT, sample)[..., :3]
     assert np.isfinite(want).all()
     assert_close(lit(uploaded(surfaces, EDITS[name])), want)
+
+
+@pytest.mark.usefixtures("gpu_context")
+def test_an_objects_edit_follows_its_materials(monkeypatch: pytest.MonkeyPatch) -> None:
+    of_material = EDITS["all"]
+    # More objects than the table has columns.
+    monkeypatch.setattr(surface_edit_table, "_WIDTH", 4)
+    some = ("gain and tint", "rougher", "specular", "no colour")
+    each = tuple(EDITS[name] for name in 5 * some)
+    plain = random_surfaces(11, size=40, lobes=2)
+    number = np.random.default_rng(2).integers(0, len(each), plain.hit.shape)
+    surfaces = replace(plain, objects=np.where(plain.hit, number, -1))
+    sample = light_sample(LIGHT, 0, 1)
+    want = np.zeros((*plain.hit.shape, 3))
+    for index, edit in enumerate(each):
+        both = edited(plain, of_material, edit)
+        shown = light_twin.light_layer(both, LIGHT, sample)[..., :3]
+        want = np.where((number == index)[..., None], shown, want)
+    assert_close(lit(uploaded(surfaces, of_material, each)), want)
+
+
+def test_only_what_is_edited_is_compiled(gpu_context: None) -> None:
+    layout = random_surfaces(1, size=4).upload().layout
+    assert "Edit" not in layout.read_glsl()
+    surfaces = replace(random_surfaces(1, size=4), objects=np.zeros((4, 4), dtype=np.int64))
+    of_material = uploaded(surfaces, EDITS["all"]).layout
+    assert "read_edit" in of_material.read_glsl()
+    assert "object" not in of_material.read_glsl().replace("an object", "")
+    assert of_material.samplers == layout.samplers
+    of_object = uploaded(surfaces, NO_EDIT, [EDITS["all"]]).layout
+    assert "read_object_edit" in of_object.read_glsl()
+    assert ("surface_object", "FLOAT_2D") in of_object.samplers
 
 
 @pytest.mark.usefixtures("gpu_context")

@@ -143,6 +143,24 @@ def test_f12_shows_an_edit_and_its_end(scene: Any) -> None:
     np.testing.assert_array_equal(f12(scene)[..., :3], before)
 
 
+def test_f12_shows_an_objects_edit_under_a_linked_light(scene: Any) -> None:
+    baked(scene)
+    scene.world = None
+    floor = next(obj for obj in scene.objects if obj.name.startswith("Plane"))
+    floor.relume_edit.gain = 0.25
+    whole = f12(scene)[..., :3]
+    receivers: Any = bpy.data.collections.new("receivers")
+    receivers.objects.link(floor)
+    bpy.data.objects["Light"].light_linking.receiver_collection = receivers
+    linked = f12(scene)[..., :3]
+    floor.relume_edit.gain = 1.0
+    plain = f12(scene)[..., :3]
+    lit = plain.max(axis=-1) > 0.01 * plain.max()
+    # The cube, which was lit before, is not any more.
+    assert 0 < lit.sum() < (whole.max(axis=-1) > 0.01 * plain.max()).sum()
+    np.testing.assert_allclose(linked[lit], 0.25 * plain[lit], rtol=1e-3, atol=1e-6)
+
+
 def test_reset_takes_an_edit_off(extension: None) -> None:
     set_edit(cube(), EDIT)
     set_edit(material(), EDIT)

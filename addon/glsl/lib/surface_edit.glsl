@@ -10,6 +10,9 @@ struct SurfaceEdit {
   float emission;
 };
 
+/* That one edit takes in the table. */
+const int EDIT_ROWS = 3;
+
 /* Schlick's weight where a metal's edge tint is given: (6/7)^5; Kutz et al. 2021. */
 const float WEIGHT_AT_82 = 0.46266436;
 

@@ -30,6 +30,8 @@ class RelumeEngine(bpy.types.RenderEngine):
     bl_use_eevee_viewport = True  # Material Preview shading stays EEVEE's
     bl_use_postprocess = True
     bl_use_preview = False
+    # Otherwise there is no Shader Editor.
+    bl_use_shading_nodes_custom = False
 
     _viewport: Viewport | None = None
 

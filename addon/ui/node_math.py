@@ -14,8 +14,8 @@ from typing import Any
 
 import bpy
 
-# How far apart nodes are placed in the editor, its units.
-_COLUMN, _ROW = 170.0, 150.0
+# How far apart collapsed nodes, and frames, are placed in the editor, its units.
+_COLUMN, _ROW, _BETWEEN_FRAMES = 180.0, 50.0, 120.0
 
 # The least width of a smooth step, a rounding of what is about 1.
 _STEEPEST = 1e-7
@@ -124,15 +124,14 @@ class NodeMath:
     def __init__(self, tree: Any) -> None:
         self.tree = tree
         self._frame: Any = None
-        self._row = 0
-        self._column = 0
+        self._nodes: list[Any] = []
 
     @contextmanager
     def framed(self, label: str) -> Iterator[None]:
         """What is added meanwhile stands in a frame of that name."""
         self._frame = self.tree.nodes.new("NodeFrame")
         self._frame.label = label
-        self._row, self._column = self._row + 4, 0
+        self._frame.select = False
         try:
             yield
         finally:
@@ -143,14 +142,29 @@ class NodeMath:
         node = self.tree.nodes.new(kind)
         for name, value in settings.items():
             setattr(node, name, value)
-        node.parent = self._frame
-        node.location = (
-            _COLUMN * (self._column // 4),
-            -_ROW * (self._row + self._column % 4),
-        )
-        node.hide = kind in {"ShaderNodeMath", "ShaderNodeVectorMath"}
-        self._column += 1
+        node.parent, node.hide, node.select = self._frame, True, False
+        self._nodes.append(node)
         return node
+
+    def arrange(self) -> None:
+        """Place the nodes: frames below each other, and in them what feeds a node left of it."""
+        top, rows = 0.0, 0
+        for number, node in enumerate(self._nodes):
+            if number and node.parent != self._nodes[number - 1].parent:
+                top -= rows * _ROW + _BETWEEN_FRAMES
+            if not number or node.parent != self._nodes[number - 1].parent:
+                columns: dict[str, int] = {}
+                taken: dict[int, int] = {}
+                rows = 0
+            before = (link.from_node.name for socket in node.inputs for link in socket.links)
+            column = 1 + max((columns.get(name, -1) for name in before), default=-1)
+            columns[node.name] = column
+            row = taken.get(column, 0)
+            taken[column] = row + 1
+            rows = max(rows, row + 1)
+            node.location = (column * _COLUMN, top - row * _ROW)
+            for socket in node.outputs:
+                socket.hide = not socket.is_linked
 
     def feed(self, socket: Any, value: Any) -> None:
         """Let an input have a number, three of them, or what a socket gives."""

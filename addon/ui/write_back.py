@@ -185,6 +185,7 @@ def _group(data: Any, controls: LightControls) -> Any:
     through = transmission(nodes, live, picture)
     product = nodes.vector(before, COLOR) * through
     nodes.feed(nodes.node("NodeGroupOutput").inputs[COLOR], product)
+    nodes.arrange()
     return group
 
 

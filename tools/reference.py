@@ -3,7 +3,7 @@
 
 The open scene is changed for it, so that Cycles computes what Relume sets out to compute: no
 bounces (but as many transparent surfaces as the scene allows, for cut-outs), no clamping, no
-denoiser, and surfaces that glow are seen but light nothing.
+denoiser. What glows lights other surfaces once, in the render without lights.
 
 Each light is rendered alone and the pictures are added. Cycles tosses a coin for each sample
 to choose a light; without it, the same samples leave a tenth of the noise or less, and a
@@ -33,6 +33,8 @@ from .picture_file import PictureFile, read_picture, write_exr
 MIN_TRANSPARENT_BOUNCES = 64
 # More lights than this are rendered in so many groups, which bounds the time.
 MAX_GROUPS = 8
+# The label of nodes that say whether what glows lights others.
+_SWITCH = "Relume: glow lights others"
 
 Halves = tuple[NDArray[np.float32], NDArray[np.float32]]
 
@@ -42,7 +44,7 @@ class Reference:
     """A reference picture, in scene-linear values, row 0 at the bottom.
 
     Attributes:
-        base: what is seen without lights, the background, what glows, and the world's light:
+        base: what is seen without lights: the background, what glows, its light and the world's:
             (H, W, 4) float32 of two independent renders, of other seeds.
         layers: by the names of their lights, (H, W, 3) float32 of two such renders.
         depth: (H, W) float32 at the pixel centres, along the view axis, metres; 0 where
@@ -128,38 +130,54 @@ def prepare(scene: Any) -> None:
     layer.use_pass_z = layer.use_pass_object_index = layer.use_pass_emit = True
     for number, obj in enumerate(scene.objects, start=1):
         obj.pass_index = number
-    _hide_glow()
+    _switch_glow()
 
 
-def _hide_glow() -> None:
-    """Let surfaces glow for cameras alone: Relume's lights are Blender's light objects."""
+def _switch_glow() -> None:
+    """Give what glows a switch that says whether it lights others too: see `_let_glow_light`."""
     import bpy
 
     trees: list[Any] = [m.node_tree for m in bpy.data.materials if m.node_tree is not None]
     trees += [group for group in bpy.data.node_groups if group.bl_idname == "ShaderNodeTree"]
-    for material in bpy.data.materials:
-        if hasattr(material, "cycles"):
-            material.cycles.emission_sampling = "NONE"
     for tree in trees:
         for node in list(tree.nodes):
             if node.bl_idname == "ShaderNodeEmission":
-                _for_cameras_only(tree, node.inputs["Strength"])
+                _add_switch(tree, node.inputs["Strength"])
             elif node.bl_idname == "ShaderNodeBsdfPrincipled":
-                _for_cameras_only(tree, node.inputs["Emission Strength"])
+                _add_switch(tree, node.inputs["Emission Strength"])
 
 
-def _for_cameras_only(tree: Any, strength: Any) -> None:
-    """Multiply a strength by "is this ray from a camera"."""
+def _add_switch(tree: Any, strength: Any) -> None:
+    """Multiply a strength by the greater of the switch and "is this ray from a camera"."""
     if not strength.is_linked and strength.default_value == 0.0:
         return
     path = tree.nodes.new("ShaderNodeLightPath")
+    switch = tree.nodes.new("ShaderNodeMath")
+    switch.operation, switch.label = "MAXIMUM", _SWITCH
+    tree.links.new(path.outputs["Is Camera Ray"], switch.inputs[0])
     product = tree.nodes.new("ShaderNodeMath")
     product.operation = "MULTIPLY"
     product.inputs[0].default_value = strength.default_value
     if strength.is_linked:
         tree.links.new(strength.links[0].from_socket, product.inputs[0])
-    tree.links.new(path.outputs["Is Camera Ray"], product.inputs[1])
+    tree.links.new(switch.outputs[0], product.inputs[1])
     tree.links.new(product.outputs[0], strength)
+
+
+def _let_glow_light(lights: bool) -> None:
+    """Whether what glows lights other surfaces, or is only seen."""
+    import bpy
+
+    trees: list[Any] = [m.node_tree for m in bpy.data.materials if m.node_tree is not None]
+    trees += [group for group in bpy.data.node_groups if group.bl_idname == "ShaderNodeTree"]
+    for tree in trees:
+        for node in tree.nodes:
+            if node.label == _SWITCH:
+                node.inputs[1].default_value = float(lights)
+    for material in bpy.data.materials:
+        if hasattr(material, "cycles"):
+            # Which only decides how noise is kept low.
+            material.cycles.emission_sampling = "FRONT_BACK" if lights else "NONE"
 
 
 def render_reference(
@@ -229,6 +247,7 @@ def _only_these_lights(scene: Any) -> Iterator[Callable[[Sequence[str]], None]]:
 
     def choose(names: Sequence[str]) -> None:
         scene.world = None if names else world
+        _let_glow_light(not names)
         for light in lights:
             light.hide_render = light.name not in names
 

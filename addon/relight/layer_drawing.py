@@ -20,6 +20,7 @@ from .light_edit import layer_tint
 from .light_objects import LightObjects
 from .light_pass import LightPass, lobe_parts
 from .light_sample import LightSample, light_sample
+from .mesh_lights import POINTS
 from .shadow import Shadow
 from .shadow_cache import ShadowCache
 from .shadow_frustum import ShadowSettings
@@ -31,6 +32,9 @@ from .world_pass import AmbientPass, BackgroundPass, WorldTextures
 
 # Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
 _RECEIVER_STRIDE = 4
+
+# Of these, every n-th is asked which glowing objects matter there.
+_JUDGED_STRIDE = 16
 
 
 class LayerDrawing:
@@ -109,24 +113,29 @@ class LayerDrawing:
 
     def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
         """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
-        sample = self._light_sample(light, k, count)
         objects = self._objects.of(light).texture
         surface = self._sampler.sample(k, with_objects=objects is not None)
-        shadow: Shadow | None = None
-        if light.use_shadow:
-            caster = shadow_light(light, everywhere=self._settings.method == "traced")
-            point = sample if caster is light else self._light_sample(caster, k, count, moved=True)
-            shadow = self._shadow(surface, caster, point, stride)
-        self._light_pass.draw(
-            surface,
-            light,
-            sample,
-            layer.target,
-            shadow=shadow,
-            color=layer_tint(light),
-            stride=stride,
-            objects=objects,
-        )
+        points = POINTS if light.type == "MESH" else 1
+        for j in range(k * points, (k + 1) * points):
+            sample = self._light_sample(light, j, count * points)
+            shadow: Shadow | None = None
+            if light.use_shadow:
+                caster = shadow_light(light, everywhere=self._settings.traces(light))
+                point = sample
+                if caster is not light:
+                    point = self._light_sample(caster, j, count * points, moved=True)
+                shadow = self._shadow(surface, caster, point, stride)
+            self._light_pass.draw(
+                surface,
+                light,
+                sample,
+                layer.target,
+                shadow=shadow,
+                color=layer_tint(light),
+                weight=1.0 / points,
+                stride=stride,
+                objects=objects,
+            )
 
     def emission(self, layer: LightLayer, k: int, stride: int) -> None:
         """Add what surfaces send out by themselves."""
@@ -158,12 +167,16 @@ class LayerDrawing:
         if world is not None:
             self._ambient_pass.draw(surface, world, layer.target, stride=stride)
 
+    def visible_places(self) -> NDArray[np.float64]:
+        """(N, 3) world space: some of what the view sees."""
+        return self._visible_receivers()[::_JUDGED_STRIDE]
+
     # Inside -------------------------------------------------------------------------------
 
     def _shadow(
         self, surface: SurfaceBuffer, light: Light, sample: LightSample, stride: int
     ) -> Shadow:
-        if self._settings.method == "traced":
+        if self._settings.traces(light):
             if self._traced is None:
                 self._traced = TracedShadowPass(self._sampler.geometry)
             return self._traced.draw(
@@ -188,7 +201,7 @@ class LayerDrawing:
         self, light: Light, k: int, count: int, *, moved: bool = False
     ) -> LightSample:
         """A light's point; `moved` of a light as its shadows see it."""
-        if light.use_shadow and self._settings.method == "traced":
+        if light.use_shadow and self._settings.traces(light):
             return light_sample(light, k, count, per_receiver=True)
         key = (light.name, moved)
         if key not in self._touching:

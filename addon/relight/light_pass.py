@@ -55,7 +55,7 @@ LIGHT_BLOCK = UniformBlock(
     ),
 )
 
-_TYPE_CODE = {"POINT": 0, "SPOT": 1, "SUN": 2, "AREA": 3}
+_TYPE_CODE = {"POINT": 0, "SPOT": 1, "SUN": 2, "AREA": 3, "MESH": 4}
 
 
 @dataclass(frozen=True)
@@ -270,6 +270,13 @@ def light_uniforms(
         cone[:2] = spot_cone(light)
     elif light.type == "AREA":
         cone[:2] = spread_cone(light)
+    axis, radius_sq = light.direction, 0.0
+    if light.type in ("POINT", "SPOT"):
+        radius_sq = light.shadow_soft_size**2
+    if sample.emitter is not None:
+        axis, intensity = sample.emitter.normal, intensity * sample.emitter.tint
+        # Of the disk that the point stands for.
+        radius_sq = light.area / (np.pi * sample.count)
     # A disk's points shine like its centre wherever they are.
     cone[2] = float(sample.is_flat(light))
     controls = light.controls
@@ -277,13 +284,13 @@ def light_uniforms(
     return {
         "place": np.append(place, 0.0),
         "centre": np.append(light.position - local_origin, 0.0) if not is_sun else np.zeros(4),
-        "axis": np.append(light.direction, 0.0),
+        "axis": np.append(axis, 0.0),
         "intensity": np.append(intensity, 0.0),
         "spot_x": light_from_world[0],
         "spot_y": light_from_world[1],
         "spot_z": light_from_world[2],
         "cone": cone,
-        "radius_sq": light.shadow_soft_size**2 if light.type in ("POINT", "SPOT") else 0.0,
+        "radius_sq": radius_sq,
         "disk": float(light.use_soft_falloff),
         "cell": cell(light, sample.count),
         "diffuse_factor": light.diffuse_factor * controls.diffuse,

@@ -29,12 +29,34 @@ from numpy.typing import NDArray
 
 from ..scene.frame_across import frame_across
 from ..scene.light import Light
+from ..scene.mesh_light import MeshLight
 
 # The real root of x^4 = x + 1: the generalized golden ratio for three dimensions. Three for
 # every light, so that area lights and suns don't share the plane sequence that a picture's
 # pixel samples may well follow.
 _GOLDEN = 1.2207440846057596
 _STEPS = _GOLDEN ** -np.arange(1.0, 4.0)
+
+# A glowing object's triangles lie along one line, for which the golden ratio itself is best, and
+# its points in a plane (x^3 = x + 1). Around a ball that leaves three quarters of the error of
+# three dimensions' steps, and of random points a half with 64 and a quarter with 512.
+_MESH_STEPS = np.array([0.6180339887498949, 0.7548776662466927, 0.5698402909980532])
+
+
+@dataclass(frozen=True)
+class EmitterPoint:
+    """Where on a glowing object a point is.
+
+    Attributes:
+        normal: (3,) float64, world space, unit: of its triangle.
+        tint: (3,) float64: what the light's intensity is multiplied with, 1 where all of the
+            object glows alike.
+        corners: (3, 3) float64, world space: its triangle.
+    """
+
+    normal: NDArray[np.float64]
+    tint: NDArray[np.float64]
+    corners: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -47,6 +69,7 @@ class LightSample:
         on_disk: (2,) float64, metres: its place on a disk that is turned towards each receiver;
             None where `position` is the same point for all receivers.
         turn: (3,) float64 in [0, 1): which of all rotations the set of disks has.
+        emitter: where on a glowing object's triangle it is; None for other lights.
         per_receiver: whether each receiver is lit by the point on its own disk, as in Cycles,
             instead of by `position`. Only a shadow that is traced for each can follow.
     """
@@ -56,6 +79,7 @@ class LightSample:
     on_disk: NDArray[np.float64] | None = None
     turn: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     per_receiver: bool = False
+    emitter: EmitterPoint | None = None
 
     def is_flat(self, light: Light) -> bool:
         """Whether it lies on a disk through the light's centre and not in a ball about that."""
@@ -91,6 +115,8 @@ def light_sample(
         touching: whether surfaces reach into the ball of a point or spot light's radius.
         per_receiver: whether each receiver gets its own point of such a light's disk.
     """
+    if isinstance(light, MeshLight):
+        return _on_mesh(light, k, count, seed)
     has_disk = light.has_disk and count > 1
     on_disk = has_disk and (touching or per_receiver)
     per_receiver = has_disk and per_receiver
@@ -107,6 +133,27 @@ def light_sample(
     # Pairs share their turn, so that of each disk both mirrored points are looked from.
     turn = np.random.default_rng([*key, k // 2]).random(3)
     return LightSample(position, count, _on_lamp(light, u, side), turn, per_receiver)
+
+
+def _on_mesh(light: MeshLight, k: int, count: int, seed: int) -> LightSample:
+    """Triangles by their share of the power; even over each (E. Heitz, "A Low-Distortion Map
+    Between Triangle and Square", 2019)."""
+    offset = np.random.default_rng([seed, zlib.crc32(light.name.encode())]).random(3)
+    choice, u, v = (offset + k * _MESH_STEPS) % 1.0
+    number = min(int(np.searchsorted(light.ends, choice, side="right")), len(light.ends) - 1)
+    if v > u:
+        u, v = 0.5 * u, v - 0.5 * u
+    else:
+        u, v = u - 0.5 * v, 0.5 * v
+    a, b, c = light.corners[number]
+    # What this triangle sends, over how often it is chosen, in units of what all of them send.
+    sent = light.areas[number] * light.radiance[number] / light.chances[number]
+    total = light.areas @ light.radiance
+    tint = np.divide(sent, total, out=np.zeros(3), where=total > 0.0)
+    position = (1.0 - u - v) * a + u * b + v * c
+    return LightSample(
+        position, count, emitter=EmitterPoint(light.normals[number], tint, light.corners[number])
+    )
 
 
 def _place(light: Light, u: NDArray[np.float64], side: float) -> NDArray[np.float64]:

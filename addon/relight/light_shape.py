@@ -46,6 +46,6 @@ def cell(light: Light, count: int) -> float:
     share = (1.0 if count == 1 else _OVERLAP) / count
     if light.type == "SUN":
         return light.solid_angle / np.pi * share
-    if light.type == "AREA":
+    if light.type in ("AREA", "MESH"):
         return light.area / np.pi * share
     return light.shadow_soft_size**2 * share

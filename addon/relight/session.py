@@ -50,6 +50,7 @@ from .frame_passes import (
     light_input,
     shadow_pass,
 )
+from .glowing_objects import GlowingObjects
 from .layer_drawing import LayerDrawing
 from .layer_stack import LayerStack, LightLayer
 from .light_edit import changed_parts, layer_scale
@@ -84,6 +85,7 @@ class Picture:
         samples: samples in the mean.
         lobes: of a session that splits lobes, for each light's layer (H, W, 3) float32 by the
             kind of lobe; they add up to the layer.
+        glowing: the layers that are the light of glowing objects.
     """
 
     combined: NDArray[np.float32]
@@ -92,6 +94,7 @@ class Picture:
     coverage: Coverage
     samples: int
     lobes: Mapping[str, Mapping[str, NDArray[np.float32]]] = field(default_factory=dict)
+    glowing: tuple[str, ...] = ()
 
 
 class RelightSession:
@@ -103,6 +106,7 @@ class RelightSession:
         samples: samples in a finished picture.
         shadows: how shadows are found, and the resolution of their maps.
         split_lobes: whether lights' layers are kept apart by the kind of lobe, for `Picture.lobes`.
+        mesh_lights: whether objects that glow light others.
         cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
         progress: is told how far loading the cache is.
 
@@ -118,6 +122,7 @@ class RelightSession:
         shadows: ShadowSettings | None = None,
         *,
         split_lobes: bool = False,
+        mesh_lights: bool = True,
         cache_budget: int = CACHE_BUDGET,
         progress: Progress = silent,
     ) -> None:
@@ -136,6 +141,9 @@ class RelightSession:
             has_emission=self._has_emission,
             split=split_lobes,
         )
+        glows = self._has_emission and mesh_lights
+        self._glowing = GlowingObjects(self._sampler) if glows else None
+        self._given: tuple[Light, ...] = ()
         self._lights: dict[str, Light] = {}
         self._light_of_layer: dict[str, str] = {}
         self._muted: set[str] = set()
@@ -157,6 +165,8 @@ class RelightSession:
         """Objects moved or changed their shape; the cache stays."""
         self._sampler.set_geometry(geometry)
         self._drawing.follow_layout()
+        if self._glowing is not None:
+            self._glowing.forget()
         view, self._view = self._view, None
         self._touch(GEOMETRY)
         if view is not None:
@@ -169,9 +179,13 @@ class RelightSession:
         self._view = view
         self._mix.clear()
         self._touch(VIEW)
+        self._follow_glow()
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         """Lights were edited, added or removed; only what depends on that is redone."""
+        self._given = tuple(lights)
+        if self._glowing is not None and self._view is not None:
+            lights = [*lights, *self._glowing.choose(lights, self._drawing.visible_places())]
         new = {light.name: light for light in lights}
         touched = []
         for name, light in self._lights.items():
@@ -193,7 +207,7 @@ class RelightSession:
             self._edited = tuple(layer_pass(name) for name in new if name in edited)
 
     def set_muted(self, *, world: bool, emission: bool) -> None:
-        """Leave the world's or the emission's layer out; lights say it of themselves.
+        """Leave the world's light out, or what glows and its light; lights say it of themselves.
 
         What is muted is kept, and refined only when it is back.
         """
@@ -217,9 +231,12 @@ class RelightSession:
 
     def set_surface_edits(self, edits: SurfaceEdits) -> None:
         """Surfaces were edited: every layer is redone; the view's samples are kept."""
+        if self._glowing is not None:
+            self._glowing.set_edits(edits)
         if self._sampler.set_edits(edits):
             self._drawing.follow_layout()
             self._touch(SURFACE_EDITS)
+            self._follow_glow()
 
     def set_samples(self, samples: int) -> None:
         """Samples of a finished picture; what was drawn for another number is dropped."""
@@ -302,6 +319,7 @@ class RelightSession:
             correspondence=self._sampler.correspondence().read(),
             coverage=self._sampler.coverage(),
             samples=count,
+            glowing=tuple(n for n, light in self._lights.items() if light.type == "MESH"),
             lobes={
                 self._light_of_layer[name]: parts
                 for name, parts in layers.items()
@@ -320,6 +338,8 @@ class RelightSession:
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each thing about the cache that the picture suffers from."""
         excess = self._sampler.warnings
+        if self._glowing is not None:
+            excess = (*excess, *self._glowing.warnings)
         if self._world_textures is None or "ambient_occlusion" in self._store.plan.stored:
             return excess
         missing = (
@@ -346,12 +366,17 @@ class RelightSession:
     # Inside -------------------------------------------------------------------------------
 
     def _passes(self) -> tuple[FramePass, ...]:
-        traced = self._shadow_settings.method == "traced"
+        traces = self._shadow_settings.traces
         nodes = [
-            LightNode(light.name, light.use_shadow, traced or light.type == "SUN")
+            LightNode(light.name, light.use_shadow, traces(light) or light.type == "SUN")
             for light in self._lights.values()
         ]
         return frame_passes(nodes, has_emission=self._has_emission)
+
+    def _follow_glow(self) -> None:
+        """The view sees other places, or what glows changed."""
+        if self._glowing is not None and self._view is not None:
+            self.set_lights(self._given)
 
     def _touch(self, *inputs: str) -> None:
         self._forget(self._graph.touch(*inputs))
@@ -398,7 +423,12 @@ class RelightSession:
         lights = {layer: self._lights[name] for layer, name in self._light_of_layer.items()}
         if any(light.solo for light in lights.values()):
             return [layer for layer, light in lights.items() if light.solo]
-        silent = {layer for layer, light in lights.items() if light.mute} | self._muted
+        mutes_glow = EMISSION_LAYER in self._muted
+        silent = self._muted | {
+            layer
+            for layer, light in lights.items()
+            if light.mute or (mutes_glow and light.type == "MESH")
+        }
         return [name for name in self._layer_names() if name not in silent]
 
     def _wanted(self) -> list[str]:

@@ -68,6 +68,7 @@ class ShadowSettings:
     Attributes:
         method: "map" draws shadow maps, the fast way; "traced" traces a ray for each pixel, the
             exact way.
+        mesh_method: the same for glowing objects, whose many points would each take a map.
         resolution: texels along the side of a sun's or spot's map.
         cube_resolution: texels along the side of each face of a point or area light's map.
     """
@@ -75,6 +76,11 @@ class ShadowSettings:
     resolution: int = 2048
     cube_resolution: int = 1024
     method: ShadowMethod = "map"
+    mesh_method: ShadowMethod = "traced"
+
+    def traces(self, light: Light) -> bool:
+        """Whether a light's shadows are traced."""
+        return (self.mesh_method if light.type == "MESH" else self.method) == "traced"
 
 
 @dataclass(frozen=True)

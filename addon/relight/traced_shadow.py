@@ -21,9 +21,9 @@ from ..glsl.shader import Texture, read_texture, texture_from_array
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
 from .light_reach import ReachPass
-from .light_sample import LightSample
+from .light_sample import EmitterPoint, LightSample
 from .shadow import ShadowKind
-from .shadow_rays import LocalScene, ReceiverFinder, Receivers, ShadowRays
+from .shadow_rays import LIFT, LocalScene, ReceiverFinder, Receivers, ShadowRays
 
 _KIND = ShadowKind("traced_shadow", (("traced_visibility", "FLOAT_2D"),))
 
@@ -135,6 +135,9 @@ class TracedShadowPass:
             direction = seen.rasterized[number] + way[:, :3] - start
             length = np.linalg.norm(direction, axis=1)
             limit = length * (1.0 - _SHORT_OF_LIGHT)
+            if sample.emitter is not None:
+                short = _before_emitter(sample.emitter, start + surface.origin, direction)
+                limit = np.maximum(limit - short, 0.0)
             direction = direction / np.where(length > 0.0, length, 1.0)[:, None]
         rays = ShadowRays(scene, casters)
         visible[row, column, 0] = ~rays.blocked(start, direction, limit)
@@ -156,6 +159,23 @@ class TracedShadowPass:
                 used -= self._seen.popitem(last=False)[1].nbytes
         self._seen.move_to_end(key)
         return self._seen[key]
+
+
+def _before_emitter(
+    emitter: EmitterPoint, start: NDArray[np.float64], way: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(R,) metres before a glowing triangle at which rays must end, so as not to meet it.
+
+    Args:
+        emitter: the point on the triangle.
+        start: (R, 3) world space: where the rays start.
+        way: (R, 3) from there to the point.
+    """
+    length = np.linalg.norm(way, axis=1)
+    reach = np.abs(emitter.corners[None] - start[:, None]).max(axis=(1, 2))
+    # As for where rays start, along a slanted ray; one along the triangle ends at its start.
+    cosine = np.abs(way @ emitter.normal) / np.maximum(length, np.finfo(np.float64).tiny)
+    return LIFT * reach / np.maximum(cosine, LIFT)
 
 
 def _find(surface: SurfaceBuffer, finder: ReceiverFinder) -> _Seen:

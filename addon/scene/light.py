@@ -22,7 +22,8 @@ from .light_profile import LightProfile
 # Beyond this full angle receivers see a disk across the axis at less than half its width.
 WIDEST_FLAT_SPOT = float(np.radians(120.0))
 
-LightType = Literal["POINT", "SPOT", "SUN", "AREA"]
+# Blender's, and glowing objects (mesh_light.py).
+LightType = Literal["POINT", "SPOT", "SUN", "AREA", "MESH"]
 AreaShape = Literal["SQUARE", "RECTANGLE", "DISK", "ELLIPSE"]
 
 
@@ -37,7 +38,7 @@ class Light:
 
     Attributes:
         name: the light object's name; an instance has its instancer's name in it.
-        type: Blender's light type.
+        type: Blender's light type, or MESH.
         world_from_light: (4, 4) float64, affine; the light shines down its -Z. Scale and
             mirroring count: they stretch a spot's cone and an area light's shape.
         energy: watts, or W/m2 for a sun.
@@ -166,9 +167,12 @@ class Light:
         - area: radiance times area, W/sr along its normal: Phi / pi.
         - sun: irradiance of a facing surface times solid angle over projected solid angle,
           W/m2, for directions spread evenly over the sun's cone.
+        - mesh: radiance times area, W/sr.
         """
         if self.type == "SUN":
             return self.power * self._sun_weight
+        if self.type == "MESH":
+            return self.power
         if self.type == "AREA":
             return self.power / np.pi * (1.0 if self.normalize else self.area)
         if self.normalize:

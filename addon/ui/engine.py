@@ -75,7 +75,7 @@ class RelumeEngine(bpy.types.RenderEngine):
             self.report({"INFO"}, f"Relume: {warning}")
         passes = {"Combined": picture.combined}
         if depsgraph.scene.relume.light_passes:
-            passes |= add_up(picture.layers, light_passes(depsgraph.scene))
+            passes |= add_up(picture.layers, light_passes(depsgraph.scene), picture.glowing)
         return passes
 
     def _progress(self, fraction: float, message: str) -> None:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -35,8 +35,18 @@ def light_passes(scene: Any) -> dict[str, str]:
     return passes
 
 
-def add_up(layers: Mapping[str, Pixels], passes: Mapping[str, str]) -> dict[str, Pixels]:
-    """The pixels of each pass, (H, W, 3): those of its light and of that light's instances."""
+def add_up(
+    layers: Mapping[str, Pixels], passes: Mapping[str, str], glowing: Collection[str] = ()
+) -> dict[str, Pixels]:
+    """The pixels of each pass, (H, W, 3): those of its light and of that light's instances.
+
+    Args:
+        layers: by name.
+        passes: from `light_passes`.
+        glowing: layers that are the light of glowing objects, which goes with what glows.
+    """
+    scene_emission = f"{EMISSION_LAYER} (scene)"
+    surfaces = passes.get(scene_emission, passes.get(EMISSION_LAYER))
     shape = next(iter(layers.values())).shape if layers else (0, 0, 3)
     pixels = {name: np.zeros(shape, dtype=np.float32) for name in passes.values()}
     for layer, seen in layers.items():
@@ -44,6 +54,7 @@ def add_up(layers: Mapping[str, Pixels], passes: Mapping[str, str]) -> dict[str,
         plain = layer.rpartition(" #")[0] or layer
         candidates = (layer, plain, plain.rpartition("/")[2], layer.rpartition("/")[2])
         name = next((passes[c] for c in candidates if c in passes), None)
+        name = surfaces if layer in glowing else name
         if name is not None:
             pixels[name] += seen
     return pixels

@@ -42,7 +42,7 @@ def light_layer(
         weight = to_specular * light.specular_factor * controls.specular * lobe.view_weight
         shine = shine + weight * lobe.specular(L, cell_sq)
         albedo = albedo + lobe.view_weight * (lobe.diffuse_color + lobe.translucent_color)
-    base, color = front + back, light.intensity
+    base, color = front + back, light.intensity * _tint(sample)
     arriving = highlight = np.broadcast_to(color, shape)
     if visibility is not None:
         NgoL = dot(surface.geometric_normal[..., :3], L)[..., None]
@@ -71,6 +71,10 @@ def _shares(surface: Surfaces, shares: ObjectShares | None) -> tuple[Array, Arra
     return weights[..., :1], weights[..., 1:], shares.blocks[surface.objects][..., None]
 
 
+def _tint(sample: LightSample) -> Array:
+    return np.ones(3) if sample.emitter is None else sample.emitter.tint
+
+
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:
     """L (H, W, 3); strength and squared angular radius of the point's part of the light (H, W)."""
     place = surface.position[..., :3] + surface.origin
@@ -87,6 +91,12 @@ def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Arr
     if light.type == "AREA":
         cosine = np.maximum(-dot(L, light.direction), 0.0)
         strength = cosine / t_sq * _spread(light, cosine)
+        return L, strength, light.area / np.pi * share * cosine / t_sq
+    if light.type == "MESH":
+        assert sample.emitter is not None
+        cosine = np.abs(dot(L, sample.emitter.normal))
+        own = light.area / (np.pi * sample.count)
+        strength = cosine / np.maximum(t_sq, own)
         return L, strength, light.area / np.pi * share * cosine / t_sq
     r_sq = light.shadow_soft_size**2
     d_sq = np.sum((light.position - place) ** 2, axis=-1)

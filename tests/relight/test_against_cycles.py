@@ -8,14 +8,17 @@ through the pixels' centres, so nothing but the light and its shadow differs.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
+from addon.scene.light import Light
 
 SIZE = 64
 SAMPLES = 32
@@ -111,9 +114,14 @@ def cycles_picture(scene: Any, path: Path, samples: int) -> NDArray[np.float64]:
 
 
 def relit_picture(
-    scene: Any, material: dict[str, Any], samples: int, *, traced: bool = False
+    scene: Any,
+    material: dict[str, Any],
+    samples: int,
+    *,
+    traced: bool = False,
+    lights: Sequence[Light] = (),
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """(H, W, 3) and where a surface is seen."""
+    """(H, W, 3) of some lights, or else of the scene's one, and where a surface is seen."""
     from addon.corrmap.geometry_buffer import GeometryBuffer
     from addon.corrmap.visible_surface import VisibleSurfacePass
     from addon.glsl.shader import read_texture
@@ -129,7 +137,7 @@ def relit_picture(
 
     from .drawing import drawn_light
 
-    geometry, lights, view = with_render_depsgraph(
+    geometry, own, view = with_render_depsgraph(
         scene, lambda d: (read_geometry(d), read_lights(d), read_view(d, scene.camera))
     )
     buffer = GeometryBuffer(geometry, view.origin)
@@ -142,8 +150,7 @@ def relit_picture(
     shadows, rays, uploaded = ShadowPass(buffer), TracedShadowPass(geometry), seen.upload()
     receivers = position[hit][:, :3] + view.origin
     total = np.zeros((SIZE, SIZE, 3))
-    (light,) = lights
-    for k in range(samples):
+    for light, k in product(lights or own, range(samples)):
         sample = light_sample(light, k, samples, per_receiver=traced)
         shadow: Shadow
         if traced:

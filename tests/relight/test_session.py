@@ -376,6 +376,40 @@ def test_traced_shadows(gpu_context: None, room: Any, monkeypatch: pytest.Monkey
     assert off.mean() < 0.03
 
 
+def test_glowing_objects_light_others(gpu_context: None, room: Any) -> None:
+    """The box glows: it has a layer of its name, which goes with its material's edits."""
+    from addon.scene.surface_edit import SurfaceEdit, SurfaceEdits
+
+    geometry, store, view = room
+    glow = {"emission": ((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))}
+    glowing = (geometry, replace(store, plan=replace(store.plan, material_constants=glow)), view)
+    session = open_session(glowing, samples=4)
+    box = geometry.object_names[1]
+    session.set_lights([])
+    picture = session.render()
+    layer = picture.layers[box]
+    assert set(picture.layers) == {box, "World", "Emission"}
+    # Walls get light, of its colour; a closed convex thing does not light itself.
+    seen = layer.max(axis=-1) > 0.0
+    assert seen.mean() > 0.3
+    assert np.allclose(layer[seen] / layer[seen][:, :1], [1.0, 2.0, 3.0], rtol=1e-5)
+    assert layer[picture.layers["Emission"].max(axis=-1) > 2.9].max() < 1e-6 * layer.max()
+    assert picture.glowing == (box,)
+    session.set_muted(world=False, emission=True)
+    assert set(session.render().layers) == {"World"}
+    session.set_muted(world=False, emission=False)
+    session.set_surface_edits(
+        SurfaceEdits(materials={geometry.material_names[1]: SurfaceEdit(emission=0.5)})
+    )
+    half = session.render().layers[box]
+    assert np.allclose(half, 0.5 * layer, rtol=1e-5, atol=1e-9)
+    # Beside a sun that is ten thousand times brighter it has no layer, and that is said.
+    sun = Light("Sun", "SUN", synthetic.looking_at((0, 0, 0), (0.2, 0.1, -1)), 1e5, np.ones(3))
+    session.set_lights([sun])
+    assert box not in session.render().layers
+    assert any("light nothing" in text and box in text for text in session.warnings)
+
+
 def test_nothing_changed_means_no_work(
     gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:

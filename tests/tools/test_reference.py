@@ -128,7 +128,7 @@ def test_a_hidden_light_stays_dark_and_the_scene_is_put_back(scene: Any) -> None
     assert scene.world == world
 
 
-def test_what_glows_is_seen_once_and_lights_nothing(scene: Any) -> None:
+def test_what_glows_is_seen_once_and_lights_once(scene: Any) -> None:
     panel = add_plane("Panel", 0.3, 1.0)
     tree = panel.data.materials[0].node_tree
     emission = tree.nodes.new("ShaderNodeEmission")
@@ -140,8 +140,19 @@ def test_what_glows_is_seen_once_and_lights_nothing(scene: Any) -> None:
     found = render(scene)
     centre = found.rgba[SIZE[1] // 2, SIZE[0] // 2, 0]
     assert centre == pytest.approx(7.0, rel=1e-5)
-    wanted = expected(scene, bulb=True, sun=True)
-    np.testing.assert_allclose(found.rgba[0, :, 0], wanted[0], rtol=RTOL)
+    # Radiance times cosines over the squared distance, summed over the panel.
+    cells = (np.arange(60) + 0.5) / 60.0 * 0.6 - 0.3
+    u, v = np.meshgrid(cells, cells)
+    pixel = 3.0 * 2.0 * np.tan(scene.camera.data.angle_x / 2) / SIZE[0]
+    x = (np.arange(SIZE[0]) + 0.5 - SIZE[0] / 2) * pixel
+    y = (0.5 - SIZE[1] / 2) * pixel
+    squared = 1.0 + (u - x[:, None, None]) ** 2 + (v - y) ** 2
+    glow = ALBEDO / np.pi * 7.0 * (1.0 / squared**2).mean(axis=(1, 2)) * 0.36
+    wanted = expected(scene, bulb=True, sun=True)[0] + glow
+    # 16 samples of the panel, of which 24 pixels' mean is looked at.
+    assert found.rgba[0, :, 0].mean() == pytest.approx(wanted.mean(), rel=0.01)
+    for halves in found.layers.values():
+        assert halves[0][0].max() < expected(scene, bulb=True, sun=True).max()
 
 
 def test_the_worlds_light_is_counted_once(scene: Any) -> None:

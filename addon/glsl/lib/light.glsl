@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What one point of a light sends to a place: formulas of Cycles' lights (src/kernel/light/),
  * with one point of the light standing for all of it. LIGHT_TYPE: 0 point, 1 spot, 2 sun,
- * 3 area. `light` is filled in by addon/relight/light_pass.py. */
+ * 3 area, 4 glowing mesh. `light` is filled in by addon/relight/light_pass.py. */
 
 struct Incidence {
   vec3 L;         /* unit, towards the light's point */
@@ -120,6 +120,12 @@ Incidence incidence(vec3 position)
 #    ifdef HAS_SPREAD
   result.strength *= spread_attenuation(cosine);
 #    endif
+#  elif LIGHT_TYPE == 4
+  /* Both sides shine. The point stands for a disk of the light's surface, `radius_sq`: nearer
+   * than that disk is wide, its light grows no more, where 1 / t^2 would have no bound. */
+  float cosine = abs(dot(light.axis.xyz, result.L));
+  result.strength = cosine / max(distance_sq, light.radius_sq);
+  result.cell_sq *= cosine;
 #  elif defined(HAS_TURNED_DISK)
   result.strength = turned_strength;
 #    if LIGHT_TYPE == 1

@@ -56,7 +56,8 @@ class GlowingObjects:
             receivers: (N, 3) world space: places that the view sees.
         """
         if self._all is None:
-            self._all = mesh_lights(self._sampler.geometry, self._edited())
+            factors = {name: edit.emission for name, edit in self._edits.objects.items()}
+            self._all = mesh_lights(self._sampler.geometry, self._edited(), factors)
         taken = {light.name for light in lights}
         share = shares([*self._all, *lights], receivers)[: len(self._all)]
         there = {light.name for light in self._chosen}

@@ -169,7 +169,7 @@ class LayerDrawing:
 
     def visible_places(self) -> NDArray[np.float64]:
         """(N, 3) world space: some of what the view sees."""
-        return self._visible_receivers()[::_JUDGED_STRIDE]
+        return self._visible_receivers()[0][::_JUDGED_STRIDE]
 
     # Inside -------------------------------------------------------------------------------
 

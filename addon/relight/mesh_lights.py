@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -65,12 +65,15 @@ def glow(plan: ChannelPlan, layout: SurfaceLayout, table: NDArray[np.float32]) -
     return Glow(np.broadcast_to(means, (count, 3)), means.any(axis=-1))
 
 
-def mesh_lights(geometry: SceneGeometry, of_material: Glow) -> tuple[MeshLight, ...]:
+def mesh_lights(
+    geometry: SceneGeometry, of_material: Glow, factors: Mapping[str, float] | None = None
+) -> tuple[MeshLight, ...]:
     """A light for each object with glowing triangles, named after it; its instances are one.
 
     Args:
         geometry: its materials are numbered as `of_material` has them; those beyond don't glow.
         of_material: what they send out.
+        factors: by objects' names, what their glow is multiplied with.
     """
     count = len(of_material.radiance)
     radiance = np.concatenate([of_material.radiance, np.zeros((1, 3))])
@@ -93,7 +96,7 @@ def mesh_lights(geometry: SceneGeometry, of_material: Glow) -> tuple[MeshLight, 
         light = mesh_light(
             name,
             geometry.vertices[geometry.triangles[some]],
-            radiance[material[some]],
+            radiance[material[some]] * (factors or {}).get(name, 1.0),
             tuple(f"glowing object '{name}': {problem}" for problem in problems),
         )
         if light.is_lit and light.area > 0.0:

@@ -198,8 +198,8 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
         ),
         "mute_emission": bpy.props.BoolProperty(
             name="Mute Emission",
-            description="Leave what surfaces send out by themselves, and its light, out of Relume's "
-            "pictures",
+            description="Leave what surfaces send out by themselves, and its light, out of "
+            "Relume's pictures",
         ),
         "light_passes": bpy.props.BoolProperty(
             name="Light Passes",

@@ -109,10 +109,13 @@ def test_names_of_passes_fit_and_differ(extension: None) -> None:
 def test_instances_are_in_their_lights_pass() -> None:
     ones = np.ones((1, 1, 3), dtype=np.float32)
     layers = {"Bulb": ones, "Post/Bulb": 2 * ones, "Post/Bulb #2": 4 * ones, "World": 8 * ones}
-    sums = add_up(layers, {"Bulb": "Light Bulb", "World": "Light of World"})
+    layers |= {"Screen": 16 * ones, "Emission": 32 * ones}
+    passes = {"Bulb": "Light Bulb", "World": "Light of World", "Emission": "Light of Surfaces"}
+    sums = add_up(layers, passes, ("Screen",))
     assert {name: float(pixels[0, 0, 0]) for name, pixels in sums.items()} == {
         "Light Bulb": 7.0,
         "Light of World": 8.0,
+        "Light of Surfaces": 48.0,
     }
 
 

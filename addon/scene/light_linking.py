@@ -121,17 +121,36 @@ def _of_each[T](geometry: SceneGeometry, value: Callable[[str, str], T]) -> list
     return [known[both] for both in names]
 
 
-def cycles_receivers(selection: ObjectSelection) -> LinkedObjects | None:
+def cycles_receivers(
+    receivers: LinkedObjects | None, selection: ObjectSelection, lamp: str
+) -> LinkedObjects | None:
     """The receiver collection that shows a selection in Cycles as nearly as one can.
 
     Weights are 0 or 1 there, the same for all lobes: what gets any of the light gets it whole.
-    `beyond_cycles` names what that changes. None where all are lit.
+    `beyond_cycles` names what that changes.
+
+    Args:
+        receivers: what the artist's own receiver collection says.
+        selection: the weights that count beside it.
+        lamp: the light object's full name. It stands in for an object where none is to be lit:
+            a collection that includes nothing would light everything.
+
+    Returns:
+        None where all objects that the artist's own collection links are lit.
     """
     lit = frozenset(w.name for w in selection.weights if max(w.diffuse, w.specular) > 0.0)
     dark = frozenset(w.name for w in selection.weights) - lit
-    if selection.others > 0.0:
-        return LinkedObjects(excluded=dark) if dark else None
-    return LinkedObjects(lit, dark)
+    if selection.others > 0.0 and not dark:
+        return None
+    own = receivers or LinkedObjects()
+    excluded = own.excluded | dark
+    if selection.others == 0.0:
+        included = own.included & lit if own.included else lit
+    elif own.included:
+        included = own.included
+    else:
+        return LinkedObjects(excluded=excluded)
+    return LinkedObjects(included - excluded or frozenset([lamp]), excluded)
 
 
 def beyond_cycles(selection: ObjectSelection) -> tuple[str, ...]:
@@ -146,10 +165,5 @@ def beyond_cycles(selection: ObjectSelection) -> tuple[str, ...]:
         sentences.append(
             f"other objects get {selection.others:g} of its light; Cycles' light linking gives "
             "all or nothing"
-        )
-    if selection.others == 0.0 and not any(max(w.diffuse, w.specular) for w in selection.weights):
-        sentences.append(
-            "no object gets its light; Cycles lights all objects where a receiver collection "
-            "includes none"
         )
     return tuple(sentences)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property
 from math import prod
 from typing import Any, Literal
@@ -19,6 +20,11 @@ from .light_linking import (
 
 # The property group's name on a `bpy.types.Object`.
 SELECTION_NAME = "relume_objects"
+
+# Custom properties of a receiver collection that Relume wrote for Cycles: that it did, and the
+# collection that was there before.
+WRITTEN_MARK = "relume_written"
+BEFORE_MARK = "relume_before"
 
 _Kind = Literal["receiver_collection", "blocker_collection"]
 
@@ -40,19 +46,11 @@ class LinkingReader:
         return UNLINKED if linking == UNLINKED else linking
 
     def _linked(self, original: Any, kind: _Kind) -> LinkedObjects | None:
-        collection = _collection(original, kind)
-        if collection is None:
-            return None
-        states = _link_states(collection)
-        if not states:
-            # Cycles, too, takes a collection without an object for none.
+        linked = linked_objects(_collection(original, kind))
+        if linked is None:
             return None
         named = self._receivers if kind == "receiver_collection" else self._blockers
-        return LinkedObjects(
-            frozenset(name for name, state in states.items() if state == "INCLUDE"),
-            frozenset(name for name, state in states.items() if state == "EXCLUDE"),
-            named,
-        )
+        return replace(linked, named=named)
 
     @cached_property
     def _receivers(self) -> frozenset[str]:
@@ -74,8 +72,34 @@ class LinkingReader:
 
 
 def _collection(original: Any, kind: _Kind) -> Any:
+    """The artist's own collection."""
+    if kind == "receiver_collection":
+        return own_receivers(original)
     linking = getattr(original, "light_linking", None)
-    return getattr(linking, kind) if linking is not None else None
+    return linking.blocker_collection if linking is not None else None
+
+
+def own_receivers(original: Any) -> Any:
+    """An object's receiver collection, or the one that was in place of what Relume wrote."""
+    linking = getattr(original, "light_linking", None)
+    collection = linking.receiver_collection if linking is not None else None
+    if collection is not None and WRITTEN_MARK in collection:
+        return collection.get(BEFORE_MARK)
+    return collection
+
+
+def linked_objects(collection: Any) -> LinkedObjects | None:
+    """What a receiver or blocker collection says; None where there is none, or it is empty.
+
+    Cycles, too, takes a collection without an object for none.
+    """
+    states = {} if collection is None else _link_states(collection)
+    if not states:
+        return None
+    return LinkedObjects(
+        frozenset(name for name, state in states.items() if state == "INCLUDE"),
+        frozenset(name for name, state in states.items() if state == "EXCLUDE"),
+    )
 
 
 def _link_states(collection: Any) -> dict[str, str]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import bpy
@@ -11,7 +10,6 @@ import bpy
 from ..scene.light_linking import beyond_cycles
 from ..scene.light_linking_reader import SELECTION_NAME, read_selection
 from .engine import ENGINE
-from .panel_text import characters_across, draw_text
 
 # What of a light an object may get: tenfold, as uberlights have it.
 _MOST = 10.0
@@ -160,7 +158,7 @@ class RELUME_OT_remove_light_object(_OfLight, bpy.types.Operator):
 
 
 class RELUME_PT_light_objects(bpy.types.Panel):
-    """The list, and what of it Cycles does not show."""
+    """The list. What of it Cycles does not show stands where it is written to Cycles."""
 
     bl_label = "Objects"
     bl_space_type = "PROPERTIES"
@@ -192,19 +190,12 @@ class RELUME_PT_light_objects(bpy.types.Panel):
             column.prop(entry, "collection")
             column.prop(entry, "weight")
         column.prop(settings, "others")
-        lines = list(notes(obj))
-        if lines:
-            box = layout.box().column(align=True)
-            for line in lines:
-                draw_text(box, line, "INFO", characters_across(context))
 
 
-def notes(obj: Any) -> Iterator[str]:
-    """What an artist should know of a light object's list."""
-    selection = read_selection(obj)
-    if selection is not None:
-        for sentence in beyond_cycles(selection):
-            yield f"Only in Relume: {sentence}"
+def objects_beyond_cycles(obj: Any) -> tuple[str, ...]:
+    """What of a light object's list Cycles cannot show; nothing of an object without one."""
+    selection = None if obj is None else read_selection(obj)
+    return () if selection is None else beyond_cycles(selection)
 
 
 CLASSES = (

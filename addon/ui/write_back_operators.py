@@ -14,7 +14,14 @@ from ..scene.light_controls_reader import read_controls
 from ..scene.not_in_cycles import not_in_cycles
 from . import write_back
 from .engine import ENGINE
+from .light_objects import objects_beyond_cycles
 from .panel_text import characters_across, draw_text
+from .write_back_objects import (
+    are_objects_current,
+    are_objects_written,
+    remove_objects,
+    write_objects,
+)
 
 _ALL_LIGHTS: Any = bpy.props.BoolProperty(
     name="All Lights", description="Do it to every light of the scene", default=False
@@ -78,7 +85,12 @@ class RELUME_OT_write_back(_LightOperator, bpy.types.Operator):
         depsgraph = context.evaluated_depsgraph_get()
         # Writing changes the evaluated lights.
         read = {light: _controls(light, depsgraph) for light in self._lights(context)}
-        return self._each(context, lambda light: write_back.write(light, read[light]), "Wrote")
+
+        def work(light: Any) -> None:
+            write_back.write(light, read[light])
+            write_objects(light)
+
+        return self._each(context, work, "Wrote")
 
 
 class RELUME_OT_remove_write_back(_LightOperator, bpy.types.Operator):
@@ -91,7 +103,11 @@ class RELUME_OT_remove_write_back(_LightOperator, bpy.types.Operator):
     all_lights: _ALL_LIGHTS
 
     def execute(self, context: Any) -> set[str]:
-        return self._each(context, write_back.remove, "Removed the controls' nodes from")
+        def work(light: Any) -> None:
+            write_back.remove(light)
+            remove_objects(light)
+
+        return self._each(context, work, "Removed what was written from")
 
 
 class RELUME_PT_write_back(bpy.types.Panel):
@@ -118,6 +134,7 @@ class RELUME_PT_write_back(bpy.types.Panel):
         lacking += tuple(
             f"animation of: {name}" for name in write_back.standing_still(light, controls)
         )
+        lacking += objects_beyond_cycles(context.object)
         if lacking:
             column.label(text="Not in Cycles' renders:", icon="INFO")
             for phrase in lacking:
@@ -132,8 +149,8 @@ class RELUME_PT_write_back(bpy.types.Panel):
 
 def _state(light: Any, controls: LightControls) -> tuple[str, str]:
     """A sentence, and its icon."""
-    written = write_back.is_written(light)
-    if write_back.is_current(light, controls):
+    written = write_back.is_written(light) or are_objects_written(light)
+    if write_back.is_current(light, controls) and are_objects_current(light):
         if written:
             return "The controls are in the light's nodes", "CHECKMARK"
         return "No control needs nodes", "BLANK1"

@@ -146,6 +146,7 @@ CASES: dict[str, Callable[[Any], None]] = {
     "receivers, excluded": lambda scene: link(
         scene, "Key", collection("Left", "Parent", exclude=["Left", "Parent"])
     ),
+    "a light that receives itself alone": lambda scene: link(scene, "Key", collection("Key")),
     "receivers, both": lambda scene: link(
         scene, "Key", collection("Left", "Middle", "Floor", exclude=["Middle"])
     ),

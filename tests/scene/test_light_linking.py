@@ -70,33 +70,43 @@ def test_names_of_arrays_that_were_not_read() -> None:
     np.testing.assert_array_equal(receiver_weights(linking, bare)[:, 0], [0, 0, 1, 0])
 
 
+def dark(*names: str) -> tuple[ObjectWeight, ...]:
+    return tuple(ObjectWeight(name, 0.0, 0.0) for name in names)
+
+
 @pytest.mark.parametrize(
-    ("selection", "receivers", "beyond"),
+    ("own", "selection", "beyond"),
     [
-        (ObjectSelection(), None, 0),
-        (ObjectSelection((ObjectWeight("A"),)), None, 0),
-        (ObjectSelection((ObjectWeight("A", 0.0, 0.0),)), ("", "A"), 0),
-        (ObjectSelection((ObjectWeight("A"), ObjectWeight("B", 0.0, 0.0)), 0.0), ("A", "B"), 0),
-        (ObjectSelection((ObjectWeight("A", 1.0, 0.0), ObjectWeight("B")), 0.0), ("AB", ""), 1),
-        (ObjectSelection((ObjectWeight("A", 0.5, 0.5),), 2.0), None, 2),
-        (ObjectSelection((ObjectWeight("A", 0.0, 0.0),), 0.0), ("", "A"), 1),
+        (None, ObjectSelection(), 0),
+        (None, ObjectSelection((ObjectWeight("A"),)), 0),
+        (None, ObjectSelection(dark("A")), 0),
+        (None, ObjectSelection((ObjectWeight("A"), *dark("B")), 0.0), 0),
+        (None, ObjectSelection(dark("A"), 0.0), 0),
+        (None, ObjectSelection((), 0.0), 0),
+        (LinkedObjects(frozenset("AB")), ObjectSelection(dark("A")), 0),
+        (LinkedObjects(frozenset("AB")), ObjectSelection(dark("A", "B")), 0),
+        (LinkedObjects(frozenset("A")), ObjectSelection((ObjectWeight("B"),), 0.0), 0),
+        (LinkedObjects(frozenset("AB")), ObjectSelection((ObjectWeight("B"),), 0.0), 0),
+        (LinkedObjects(frozenset(), frozenset("C")), ObjectSelection(dark("A")), 0),
+        (LinkedObjects(frozenset(), frozenset("A")), ObjectSelection((ObjectWeight("A"),), 0.0), 0),
+        (None, ObjectSelection((ObjectWeight("A", 1.0, 0.0), ObjectWeight("B")), 0.0), 1),
+        (None, ObjectSelection((ObjectWeight("A", 0.5, 0.5),), 2.0), 2),
     ],
 )
 def test_what_cycles_shows(
-    selection: ObjectSelection, receivers: tuple[str, str] | None, beyond: int
+    own: LinkedObjects | None, selection: ObjectSelection, beyond: int
 ) -> None:
-    """What `beyond_cycles` has nothing to say about is the same by `cycles_receivers`."""
-    got = cycles_receivers(selection)
-    assert (got and (got.included, got.excluded)) == (
-        receivers and (frozenset(receivers[0]), frozenset(receivers[1]))
-    )
+    """The written collection lights what gets any light; and shows what nothing is said about."""
     assert len(beyond_cycles(selection)) == beyond
-    if not beyond:
-        plain = replace(GEOMETRY, full_names=tuple(("", name) for name in "ABCD"))
-        np.testing.assert_array_equal(
-            receiver_weights(LightLinking(receivers=got), plain),
-            receiver_weights(LightLinking(selection=selection), plain),
-        )
+    plain = replace(GEOMETRY, full_names=tuple(("", name) for name in "ABCD"))
+    want = receiver_weights(LightLinking(own, None, selection), plain)
+    written = cycles_receivers(own, selection, "Lamp")
+    got = receiver_weights(LightLinking(written or own), plain)
+    if beyond:
+        want = np.broadcast_to(want.any(axis=1, keepdims=True), want.shape)
+    np.testing.assert_array_equal(got, want)
+    if written is not None:
+        assert not written.included & written.excluded
 
 
 @pytest.fixture

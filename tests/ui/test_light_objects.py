@@ -10,9 +10,11 @@ import bpy
 import pytest
 
 from addon.scene.depsgraph_reader import with_render_depsgraph
-from addon.scene.light_linking import ObjectSelection, ObjectWeight
+from addon.scene.light_linking import LightLinking, LinkedObjects, ObjectSelection, ObjectWeight
+from addon.scene.light_linking_reader import linked_objects
 from addon.scene.light_reader import read_lights
-from addon.ui.light_objects import notes
+from addon.ui.light_objects import objects_beyond_cycles
+from addon.ui.write_back_objects import are_objects_current, are_objects_written
 
 from .test_scene_changes import LIGHTS, changes_of
 
@@ -117,7 +119,39 @@ def test_operators(extension: None) -> None:
 
 def test_what_cycles_does_not_show_is_said(extension: None) -> None:
     entry = add(0.0, object=bpy.data.objects["Cube"])
-    assert not list(notes(lamp()))
+    assert not objects_beyond_cycles(lamp())
     entry.weight = 0.5
-    (line,) = notes(lamp())
+    (line,) = objects_beyond_cycles(lamp())
     assert "'Cube'" in line
+
+
+def linked() -> LightLinking:
+    (light,) = with_render_depsgraph(bpy.context.scene, read_lights)
+    return light.linking
+
+
+def test_write_to_cycles_and_back(extension: None) -> None:
+    """The artist's collection and the list stay what they are, in Relume too."""
+    bpy.context.view_layer.objects.active = lamp()
+    own = pair()
+    lamp().light_linking.receiver_collection = own
+    entry = add(0.0, object=bpy.data.objects["Cube"])
+    before = linked()
+    assert not are_objects_current(lamp().data)
+    bpy.ops.relume.write_back()
+    assert are_objects_written(lamp().data)
+    assert are_objects_current(lamp().data)
+    assert linked() == before
+    written = lamp().light_linking.receiver_collection
+    assert linked_objects(written) == LinkedObjects(frozenset(["Other"]), frozenset(["Cube"]))
+    entry.weight = 1.0
+    assert not are_objects_current(lamp().data)
+    bpy.ops.relume.write_back()
+    assert lamp().light_linking.receiver_collection == own
+    entry.weight = 0.0
+    bpy.ops.relume.write_back()
+    bpy.ops.relume.remove_write_back()
+    assert lamp().light_linking.receiver_collection == own
+    assert not are_objects_written(lamp().data)
+    assert len(bpy.data.collections) == 2
+    assert linked() == before

@@ -82,14 +82,27 @@ class UnmeasuredLight:
 
 
 _known: OrderedDict[str, MeasuredNodes] = OrderedDict()
+# By the lights' names, the key that was measured last.
+_latest: dict[str, str] = {}
 
 
-def remember(key: str, measured: MeasuredNodes) -> None:
-    """Keep what was measured under its key."""
+def remember(key: str, name: str, measured: MeasuredNodes) -> None:
+    """Keep what was measured of the light of a name under its key."""
     _known[key] = measured
     _known.move_to_end(key)
+    _latest[name] = key
     while len(_known) > _MOST_KEPT:
         _known.popitem(last=False)
+
+
+def measured_before(name: str) -> MeasuredNodes | None:
+    """What was measured last of the light of a name; None if nothing is left of it."""
+    return _known.get(_latest.get(name, ""))
+
+
+def forget_names() -> None:
+    """Another file was opened, whose lights may have the same names."""
+    _latest.clear()
 
 
 def known(key: str) -> MeasuredNodes | None:

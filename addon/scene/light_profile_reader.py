@@ -65,7 +65,7 @@ def measure_lights(scene: Any, lights: Sequence[UnmeasuredLight]) -> None:
     """
     for each in lights:
         if known(each.key) is None:
-            remember(each.key, _measure(scene, each.data, each.light))
+            remember(each.key, each.light.name, _measure(scene, each.data, each.light))
 
 
 def ensure_measured(scene: Any) -> None:

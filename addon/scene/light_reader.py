@@ -14,7 +14,14 @@ from .light import NARROWEST_SPREAD, Light
 from .light_controls_reader import read_controls
 from .light_linking import LightLinking
 from .light_linking_reader import LinkingReader
-from .light_nodes_reader import UnmeasuredLight, constant_emission, known, measuring_key
+from .light_nodes_reader import (
+    MeasuredNodes,
+    UnmeasuredLight,
+    constant_emission,
+    known,
+    measured_before,
+    measuring_key,
+)
 from .written_light import is_visible
 
 
@@ -149,10 +156,14 @@ def _with_nodes(light: Light, data: Any) -> Light:
     if constant is not None:
         return replace(light, color=light.color * constant)
     measured = known(measuring_key(data, light))
+    unmeasured: tuple[str, ...] = ()
     if measured is None:
-        problem = "its nodes are not measured yet; its power and colour alone are used"
-        return replace(light, warnings=(*light.warnings, f"light '{light.name}': {problem}"))
-    problems = (f"light '{light.name}': {problem}" for problem in measured.problems)
+        measured = measured_before(light.name)
+        unmeasured = ("its nodes changed, and are shown as they were",)
+    if measured is None:
+        measured = MeasuredNodes(np.ones(3))
+        unmeasured = ("its nodes are not measured yet; its power and colour alone are used",)
+    problems = (f"light '{light.name}': {problem}" for problem in (*measured.problems, *unmeasured))
     return replace(
         light,
         color=light.color * measured.color,

@@ -12,6 +12,7 @@ from typing import Any
 import bpy
 
 from ..errors import InputError
+from ..scene.light_nodes_reader import constant_emission, forget_names
 from .engine import ENGINE
 
 # Seconds after the last edit; a value that is being dragged changes faster.
@@ -26,6 +27,7 @@ def _note_edit(scene: Any, depsgraph: Any) -> None:
 
 @bpy.app.handlers.persistent  # type: ignore[untyped-decorator]
 def _note_file(*_: Any) -> None:
+    forget_names()
     if bpy.context.scene is None or bpy.context.scene.render.engine != ENGINE:
         return
     if bpy.app.background:
@@ -51,9 +53,6 @@ def _schedule() -> None:
 
 def _measure() -> float | None:
     """Measure what the shown scene lacks; the pause until the next try, or None when it is done."""
-    # Imported late: most files have no such lights.
-    from ..scene.light_nodes_reader import constant_emission
-
     scene = bpy.context.scene
     if scene is None or scene.render.engine != ENGINE:
         return None

@@ -182,6 +182,8 @@ def test_only_an_edit_of_the_nodes_is_measured(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from addon.scene import light_profile_reader
+    from addon.scene.depsgraph_reader import with_render_depsgraph
+    from addon.scene.light_reader import read_lights
 
     calls = []
     kept = light_profile_reader._measure
@@ -203,6 +205,9 @@ def test_only_an_edit_of_the_nodes_is_measured(
     assert len(calls) == 1
     assert moved.profile is first.profile is not None
     tree.nodes["Vector Math"].inputs[1].default_value = (0.5, 0.25, 0.125)
+    waiting = with_render_depsgraph(stage.scene, read_lights)[0]
+    assert waiting.profile is first.profile
+    assert "shown as they were" in waiting.warnings[0]
     assert read(stage.scene).profile is not first.profile
     assert len(calls) == 2
 

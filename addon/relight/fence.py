@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from ..glsl.shader import Texture, framebuffer, read_texture, texture_2d
-from .blend_pass import SumPass
+from .sum_pass import Addend, SumPass
 
 
 class Fence:
@@ -17,5 +17,5 @@ class Fence:
 
     def wait(self, texture: Texture) -> None:
         """Copy one pixel of a texture and read that: it comes after all that drew the texture."""
-        self._copy.draw([texture], self._target)
+        self._copy.draw([Addend(texture)], self._target)
         read_texture(self._pixel)

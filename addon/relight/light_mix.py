@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..glsl.shader import Texture, framebuffer, texture_2d
-from .blend_pass import SumPass
+from .sum_pass import Addend, SumPass
 
 # With fewer layers than this, adding them all costs no more than keeping a sum.
 _WORTH_KEEPING = 3
@@ -50,6 +50,8 @@ class LightMix:
         self._rest: Texture | None = None
         self._rest_keys: dict[str, object] = {}
         self._hot = ""
+        self._picture: Texture | None = None
+        self._target: Any = None
 
     @property
     def hot(self) -> str:
@@ -66,6 +68,8 @@ class LightMix:
     ) -> Texture:
         """The sum, RGBA32F, by a kept sum where only one layer changed since the last call.
 
+        It is good until the next call, which draws into the same texture.
+
         Args:
             parts: the layers by name, in the order in which they are added.
             width: of the picture, pixels.
@@ -73,8 +77,10 @@ class LightMix:
             keep: False adds all layers in their order, so that equal layers give equal bits.
         """
         keys: dict[str, object] = {name: part._key for name, part in parts.items()}  # noqa: SLF001
+        picture, target = self._picture_of(width, height)
         if not keep:
-            return self._sum(parts, width, height)
+            self._sum(parts, target)
+            return picture
         if not self._rest_serves(keys, width, height):
             self._rest = None
             changed = [name for name, key in keys.items() if self._drawn.get(name) != key]
@@ -82,13 +88,23 @@ class LightMix:
             if same and len(changed) == 1 and len(keys) >= _WORTH_KEEPING:
                 self._hot = changed[0]
                 others = {name: part for name, part in parts.items() if name != self._hot}
-                self._rest = self._sum(others, width, height)
+                self._rest = texture_2d(width, height)
+                self._sum(others, framebuffer([self._rest]))
                 self._rest_keys = {name: keys[name] for name in others}
         self._drawn = keys
         if self._rest is None:
-            return self._sum(parts, width, height)
-        kept = MixPart((self._rest,), (1.0, 1.0, 1.0, 1.0), 1, (0, 0))
-        return self._sum({"": kept, self._hot: parts[self._hot]}, width, height)
+            self._sum(parts, target)
+        else:
+            kept = MixPart((self._rest,), (1.0, 1.0, 1.0, 1.0), 1, (0, 0))
+            self._sum({"": kept, self._hot: parts[self._hot]}, target)
+        return picture
+
+    def _picture_of(self, width: int, height: int) -> tuple[Texture, Any]:
+        """The texture for the sum and the framebuffer over it, kept while the size stays."""
+        if self._picture is None or (self._picture.width, self._picture.height) != (width, height):
+            self._picture = texture_2d(width, height)
+            self._target = framebuffer([self._picture])
+        return self._picture, self._target
 
     def _rest_serves(self, keys: Mapping[str, object], width: int, height: int) -> bool:
         if self._rest is None or (self._rest.width, self._rest.height) != (width, height):
@@ -97,12 +113,10 @@ class LightMix:
             self._hot in keys
         )
 
-    def _sum(self, parts: Mapping[str, MixPart], width: int, height: int) -> Any:
-        texture = texture_2d(width, height)
-        target = framebuffer([texture])
-        with target.bind():
-            target.clear(color=(0.0, 0.0, 0.0, 0.0))
-        for part in parts.values():
-            for layer in part.textures:
-                self._pass.add(layer, target, part.factor, part.stride)
-        return texture
+    def _sum(self, parts: Mapping[str, MixPart], target: Any) -> None:
+        addends = [
+            Addend(texture, part.factor, part.stride)
+            for part in parts.values()
+            for texture in part.textures
+        ]
+        self._pass.draw(addends, target)

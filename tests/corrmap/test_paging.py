@@ -126,22 +126,22 @@ def test_blocks_are_written_where_they_belong(gpu_context: None, texel_format: T
 def _read_pages(texture: Any, shape: PageShape, components: int) -> NDArray[np.float32]:
     """(places, BLOCK, BLOCK, components), read by drawing: `gpu` reads no array textures."""
     from addon.glsl.shader import PassShader, framebuffer, read_texture, texture_2d
-    from addon.glsl.uniforms import Field, UniformBlock
 
     program = PassShader(
         name="read_page",
-        fragment="scaled_copy",
-        blocks=(UniformBlock("scale", (Field("float", "factor"),)),),
+        fragment="sum_layers",
         samplers=(("pages", "FLOAT_2D_ARRAY"),),
         outputs=(("VEC4", "radiance"),),
     )
     blocks = []
     for layer in range(shape.count):
-        # The pass reads a flat picture; here, one layer.
-        layered = f"#define texelFetch(s, at, lod) texelFetch(pages, ivec3(at, {layer}), lod)\n"
+        one_layer = (
+            "vec4 sum_of_layers(ivec2 pixel)\n"
+            f"{{ return texelFetch(pages, ivec3(pixel, {layer}), 0); }}\n"
+        )
         target = texture_2d(shape.side, shape.side)
-        replace(program, generated=layered).build().draw_fullscreen(
-            framebuffer([target]), {"pages": texture}, {"scale": {"factor": 1.0}}
+        replace(program, generated=one_layer).build().draw_fullscreen(
+            framebuffer([target]), {"pages": texture}, {}
         )
         pixels = read_texture(target)[..., :components]
         across = 1 << shape.bits

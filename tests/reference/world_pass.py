@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The twins of addon/glsl/passes/{ambient,background,emission,scaled_copy}.glsl."""
+"""The twins of addon/glsl/passes/{ambient,background,emission}.glsl."""
 
 from __future__ import annotations
 

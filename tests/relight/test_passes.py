@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.glsl.shader import texture_from_array
-from addon.relight.blend_pass import SumPass
 from addon.relight.light_sample import light_sample
+from addon.relight.sum_pass import Addend, SumPass
 from addon.relight.surface_pass import EmissionPass
 from addon.relight.world_light import prepare_world
 from addon.relight.world_pass import AmbientPass, BackgroundPass, WorldTextures
@@ -200,13 +200,27 @@ def test_emission_pass() -> None:
     assert not got[..., 3].any()
 
 
-def test_sum_of_layers() -> None:
+@pytest.mark.parametrize("count", [0, 1, 3, 8, 9, 20])
+def test_sum_of_layers(count: int) -> None:
     rng = np.random.default_rng(3)
-    layers = rng.random((3, 8, 8, 4)).astype(np.float32)
-    textures = [texture_from_array(layer, "RGBA32F") for layer in layers]
-    got = drawn(8, 8, lambda target: SumPass().draw(textures, target))
-    # Two roundings of sums below 4: at most 2 * 2^-23 * 4 / 2.
-    np.testing.assert_allclose(got, layers.astype(np.float64).sum(axis=0), atol=1e-6)
+    layers = rng.random((count, 8, 8, 4)).astype(np.float32)
+    factors = rng.random((count, 4))
+    addends = [
+        Addend(texture_from_array(layer, "RGBA32F"), tuple(factor))
+        for layer, factor in zip(layers, factors, strict=True)
+    ]
+    got = drawn(8, 8, lambda target: SumPass().draw(addends, target))
+    want = (layers * factors[:, None, None]).astype(np.float64).sum(axis=0)
+    # Three roundings for each, of sums below the count: 1.5 * 2^-23 * count in all.
+    np.testing.assert_allclose(got, want, atol=1.8e-7 * max(count, 1) * count)
+
+
+def test_a_coarse_layer_covers_more_pixels() -> None:
+    coarse = np.arange(6, dtype=np.float32).reshape(2, 3, 1) * np.ones(4, dtype=np.float32)
+    addend = Addend(texture_from_array(coarse, "RGBA32F"), (2.0, 1.0, 1.0, 1.0), 4)
+    got = drawn(10, 7, lambda target: SumPass().draw([addend], target))
+    want = coarse.repeat(4, axis=0).repeat(4, axis=1)[:7, :10] * [2.0, 1.0, 1.0, 1.0]
+    np.testing.assert_array_equal(got, want)
 
 
 @pytest.mark.parametrize("name", LIGHTS)

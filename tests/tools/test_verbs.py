@@ -87,6 +87,22 @@ def test_a_light_that_is_switched_off_leaves_black(
     assert read_picture(tmp_path / "off.exr").rgb.max() == 0.0
 
 
+def test_surfaces_change_as_they_are_edited(
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
+    scene, cache = baked
+    edit = {"objects": {"Floor": {"gain": 0.0, "specular": 0.0, "emission": 2.0}}}
+    path, out = write(tmp_path / "surfaces.json", edit), tmp_path / "black.exr"
+    words = small("relight", scene, "--cache", cache, "--out", out, "--surfaces", path, "--json")
+    run = relume_here(*words)
+    assert run.returncode == 0, run.stderr
+    assert read_picture(out).rgb.max() == 0.0
+    (warning,) = (text for text in json.loads(run.stdout)["warnings"] if "'Floor'" in text)
+    assert "emission does nothing" in warning
+    write(path, {"objects": {"Flor": {"gain": 0.0}}})
+    assert_refused(relume_here(*words), "no object 'Flor'")
+
+
 def test_notes_are_on_standard_error_also_with_json(
     baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
 ) -> None:

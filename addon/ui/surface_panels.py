@@ -10,11 +10,13 @@ from typing import Any
 import bpy
 
 from ..caching.surface_edit_reach import out_of_reach
+from ..errors import InputError
 from ..scene.surface_edit import SurfaceEdit, SurfaceEdits
 from ..scene.surface_edit_reader import EDIT_NAME, surface_edit
 from .cache_state import read_cache_state
 from .engine import ENGINE
 from .panel_text import characters_across, draw_text
+from .surface_write_back import apply_edit
 
 # Types of objects whose surfaces are shown.
 _SHAPES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -36,17 +38,53 @@ class RELUME_OT_reset_surface_edit(bpy.types.Operator):
 
     @classmethod
     def poll(cls, context: Any) -> bool:
-        return context.object is not None or getattr(context, "material", None) is not None
+        return context.object is not None or _material_of(context) is not None
 
     def execute(self, context: Any) -> set[str]:
-        block = context.object
-        if self.of == "material":
-            block = getattr(context, "material", None) or context.object.active_material
+        block = _material_of(context) if self.of == "material" else context.object
         if block is None:
             return {"CANCELLED"}
-        for each in fields(SurfaceEdit):
-            getattr(block, EDIT_NAME).property_unset(each.name)
+        _reset(block)
         return {"FINISHED"}
+
+
+class RELUME_OT_apply_surface_edit(bpy.types.Operator):
+    """Makes a material what its edit shows."""
+
+    bl_idname = "relume.apply_surface_edit"
+    bl_label = "Apply to Nodes"
+    bl_description = (
+        "Change the material's nodes as the edit says, so that Cycles shows it too, and take the "
+        "edit off. The material has to be baked again"
+    )
+    bl_options = {"REGISTER", "UNDO", "INTERNAL"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return _material_of(context) is not None
+
+    def execute(self, context: Any) -> set[str]:
+        material = _material_of(context)
+        try:
+            apply_edit(material, surface_edit(material))
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        _reset(material)
+        return {"FINISHED"}
+
+
+def _material_of(context: Any) -> Any:
+    """The material that is shown, or else the active object's."""
+    shown = getattr(context, "material", None)
+    if shown is None and context.object is not None:
+        shown = context.object.active_material
+    return shown
+
+
+def _reset(block: Any) -> None:
+    for each in fields(SurfaceEdit):
+        getattr(block, EDIT_NAME).property_unset(each.name)
 
 
 class _EditPanel:
@@ -71,7 +109,10 @@ class _EditPanel:
         layout.prop(group, "emission")
         if surface_edit(block).is_neutral:
             return
-        layout.operator("relume.reset_surface_edit", text="Reset", icon="LOOP_BACK").of = of
+        row = layout.row(align=True)
+        row.operator("relume.reset_surface_edit", text="Reset", icon="LOOP_BACK").of = of
+        if of == "material":
+            row.operator("relume.apply_surface_edit", icon="NODE_MATERIAL")
         box = layout.box().column(align=True)
         for sentence in ("Shown by Relume alone: Cycles renders the surface without it", *limits):
             draw_text(box, sentence, "INFO", characters)
@@ -121,7 +162,12 @@ class RELUME_PT_object_edit(_EditPanel, bpy.types.Panel):
         self.draw_edit(context.object, "object", iter(()), characters_across(context))
 
 
-CLASSES = (RELUME_OT_reset_surface_edit, RELUME_PT_material_edit, RELUME_PT_object_edit)
+CLASSES = (
+    RELUME_OT_reset_surface_edit,
+    RELUME_OT_apply_surface_edit,
+    RELUME_PT_material_edit,
+    RELUME_PT_object_edit,
+)
 
 
 def register() -> None:

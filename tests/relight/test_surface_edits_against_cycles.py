@@ -19,11 +19,13 @@ from numpy.typing import NDArray
 from addon.caching.bake import bake_scene
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
+from addon.errors import InputError
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.light_reader import read_lights
 from addon.scene.surface_edit import SurfaceEdit, SurfaceEdits
 from addon.scene.view_reader import read_view
+from addon.ui.surface_write_back import apply_edit
 
 from .test_against_cycles import cycles_picture
 
@@ -276,6 +278,8 @@ class Pictures:
     relit: NDArray[np.float64]
     cycles: NDArray[np.float64]
     plain: NDArray[np.float64]
+    applied: NDArray[np.float64]
+    refused: dict[str, str]
 
     def of(self, index: int) -> tuple[NDArray[np.float64], ...]:
         """A ball's cell in each, away from its outline."""
@@ -285,7 +289,8 @@ class Pictures:
         y, x = np.mgrid[:PIXELS, :PIXELS] + 0.5 - PIXELS / 2
         # The ball's radius is 0.45 of a cell.
         inside = np.hypot(x, y) < 0.42 * PIXELS
-        return tuple(each[rows, columns][inside] for each in (self.relit, self.cycles, self.plain))
+        pictures = (self.relit, self.cycles, self.plain, self.applied)
+        return tuple(each[rows, columns][inside] for each in pictures)
 
 
 @pytest.fixture(scope="module")
@@ -315,7 +320,16 @@ def pictures(gpu_context: None, tmp_path_factory: pytest.TempPathFactory) -> Pic
     for name, case in CASES.items():
         _shade(bpy.data.materials[name], case.changed)
     cycles = cycles_picture(scene, folder / "cycles.exr", 1)
-    return Pictures(*(each[..., :3].astype(np.float64) for each in (relit, cycles, plain)))
+    refused = {}
+    for name, case in CASES.items():
+        _shade(bpy.data.materials[name], case.baked)
+        try:
+            apply_edit(bpy.data.materials[name], case.edit)
+        except InputError as error:
+            refused[name] = str(error)
+    applied = cycles_picture(scene, folder / "applied.exr", 1)
+    each = [picture[..., :3].astype(np.float64) for picture in (relit, cycles, plain, applied)]
+    return Pictures(each[0], each[1], each[2], each[3], refused)
 
 
 # What is left is 8-bit albedos, as in test_lobes_against_cycles.py; a tint may make what was a dark
@@ -330,7 +344,7 @@ APPROXIMATED = {"tint on a tint": (0.01, 50.0)}
 
 @pytest.mark.parametrize("name", CASES)
 def test_an_edit(pictures: Pictures, name: str) -> None:
-    relit, cycles, plain = pictures.of(list(CASES).index(name))
+    relit, cycles, plain, _ = pictures.of(list(CASES).index(name))
     assert np.isfinite(relit).all()
     assert cycles.max() > 0.001
     # The edit shows at all.
@@ -340,3 +354,11 @@ def test_an_edit(pictures: Pictures, name: str) -> None:
     mean, least = APPROXIMATED.get(name, (MEAN, PSNR))
     assert psnr > least, f"{psnr:.1f} dB, mean {off:+.2%}"
     assert abs(off) < mean, f"{psnr:.1f} dB, mean {off:+.2%}"
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_what_is_applied_to_the_nodes_looks_the_same(pictures: Pictures, name: str) -> None:
+    assert name not in pictures.refused
+    _, cycles, _, applied = pictures.of(list(CASES).index(name))
+    # Cycles computes the same with numbers that may be a rounding apart.
+    np.testing.assert_allclose(applied, cycles, rtol=1e-4, atol=1e-5 * cycles.max())

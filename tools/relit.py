@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ from addon.errors import InputError
 from addon.progress import Progress, silent
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
+from addon.scene.light_linking import LightLinking
 from addon.scene.surface_edit import NO_EDITS, SurfaceEdits
 from addon.scene.view import View
 from addon.scene.world import World
@@ -32,6 +33,7 @@ class SceneArrays:
         warnings: one sentence for each thing left out or approximated.
         frame: at which it was read.
         surface_edits: that the .blend keeps.
+        emitter_linking: of objects that may glow, by their names.
     """
 
     geometry: SceneGeometry
@@ -40,6 +42,7 @@ class SceneArrays:
     warnings: tuple[str, ...]
     frame: int
     surface_edits: SurfaceEdits = NO_EDITS
+    emitter_linking: Mapping[str, LightLinking] = field(default_factory=dict)
 
 
 def read_scene(scene: Any) -> SceneArrays:
@@ -50,6 +53,7 @@ def read_scene(scene: Any) -> SceneArrays:
     """
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
+    from addon.scene.light_linking_reader import read_emitter_linking
     from addon.scene.light_profile_reader import ensure_measured
     from addon.scene.light_reader import read_lights
     from addon.scene.surface_edit_reader import read_surface_edits
@@ -61,7 +65,8 @@ def read_scene(scene: Any) -> SceneArrays:
         warnings = [*geometry.warnings, *(w for light in lights for w in light.warnings)]
         warnings += [] if world is None else world.warnings
         frame, edits = int(scene.frame_current), read_surface_edits(depsgraph)
-        return SceneArrays(geometry, lights, world, tuple(warnings), frame, edits)
+        linking = read_emitter_linking(depsgraph)
+        return SceneArrays(geometry, lights, world, tuple(warnings), frame, edits, linking)
 
     ensure_measured(scene)
     return with_render_depsgraph(scene, read)
@@ -180,6 +185,7 @@ def open_session(
         split_lobes=split_lobes,
         progress=progress,
     )
+    session.set_emitter_linking(arrays.emitter_linking)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     return session

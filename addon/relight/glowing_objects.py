@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..glsl.shader import read_texture
 from ..scene.light import Light
+from ..scene.light_linking import UNLINKED, LightLinking
 from ..scene.mesh_light import MeshLight
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
 from .mesh_lights import LEAST_SHARE, Glow, glow, mesh_lights, shares
@@ -33,6 +35,7 @@ class GlowingObjects:
         self._layout = pages.surface_layout
         self._baked = glow(self._layout.plan, self._layout, read_texture(pages.material_table))
         self._edits = NO_EDITS
+        self._linking: Mapping[str, LightLinking] = {}
         self._all: tuple[MeshLight, ...] | None = None
         self._chosen: tuple[MeshLight, ...] = ()
 
@@ -46,6 +49,14 @@ class GlowingObjects:
             self._edits = edits
             self._all = None
 
+    def set_linking(self, linking: Mapping[str, LightLinking]) -> bool:
+        """Link objects, by name, to others where they glow; False when they are already."""
+        if linking == self._linking:
+            return False
+        self._linking = dict(linking)
+        self._all = None
+        return True
+
     def choose(
         self, lights: Sequence[Light], receivers: NDArray[np.float64]
     ) -> tuple[MeshLight, ...]:
@@ -57,7 +68,10 @@ class GlowingObjects:
         """
         if self._all is None:
             factors = {name: edit.emission for name, edit in self._edits.objects.items()}
-            self._all = mesh_lights(self._sampler.geometry, self._edited(), factors)
+            glowing = mesh_lights(self._sampler.geometry, self._edited(), factors)
+            self._all = tuple(
+                replace(light, linking=self._linking.get(light.name, UNLINKED)) for light in glowing
+            )
         taken = {light.name for light in lights}
         share = shares([*self._all, *lights], receivers)[: len(self._all)]
         there = {light.name for light in self._chosen}

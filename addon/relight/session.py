@@ -30,6 +30,7 @@ from ..glsl.shader import Texture, read_texture
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
+from ..scene.light_linking import LightLinking
 from ..scene.surface_edit import SurfaceEdits
 from ..scene.view import View
 from ..scene.world import World
@@ -205,6 +206,11 @@ class RelightSession:
             self._drawing.forget_shadows(name)
         if edited:
             self._edited = tuple(layer_pass(name) for name in new if name in edited)
+
+    def set_emitter_linking(self, linking: Mapping[str, LightLinking]) -> None:
+        """Objects that glow light, and are shadowed by, others than before; by their names."""
+        if self._glowing is not None and self._glowing.set_linking(linking):
+            self._follow_glow()
 
     def set_muted(self, *, world: bool, emission: bool) -> None:
         """Leave the world's light out, or what glows and its light; lights say it of themselves.

@@ -71,6 +71,17 @@ class LinkingReader:
         return frozenset(name for each in collections for name in _link_states(each))
 
 
+def read_emitter_linking(depsgraph: Any) -> dict[str, LightLinking]:
+    """The linking of objects other than lights, by name: it counts where their surfaces glow."""
+    reader = LinkingReader(depsgraph)
+    found = {
+        block.original.name: reader.of(block)
+        for block in depsgraph.ids
+        if isinstance(block, bpy.types.Object) and block.type != "LIGHT"
+    }
+    return {name: linking for name, linking in found.items() if linking is not UNLINKED}
+
+
 def _collection(original: Any, kind: _Kind) -> Any:
     """The artist's own collection."""
     if kind == "receiver_collection":

@@ -13,6 +13,7 @@ from ..caching.what_changed import surely_stale
 from ..relight.session import RelightSession
 from ..relight.shadow_frustum import ShadowSettings
 from ..scene.geometry_reader import read_geometry
+from ..scene.light_linking_reader import read_emitter_linking
 from ..scene.light_reader import read_lights
 from ..scene.surface_edit_reader import read_surface_edits
 from ..scene.world import World
@@ -80,6 +81,8 @@ class SceneSession:
             mix = depsgraph.scene.relume
             self.session.set_muted(world=mix.mute_world, emission=mix.mute_emission)
             self._warnings["lights"] = tuple(text for light in lights for text in light.warnings)
+        if changes.lights or changes.edits:
+            self.session.set_emitter_linking(read_emitter_linking(depsgraph))
         if changes.edits:
             self.session.set_surface_edits(read_surface_edits(depsgraph))
         if changes.world:

@@ -6,6 +6,7 @@ As in test_against_cycles.py both renderers look through the pixels' centres at 
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -21,6 +22,9 @@ from addon.scene.geometry import SceneGeometry
 from .test_against_cycles import cycles_picture
 
 SIZE = 96
+# Of the surface that glows in one of the tests, W/(m2 sr), and the points that stand for it.
+GLOW = 20.0
+GLOW_POINTS = 128
 BALLS = {"Left": (-1.8, 0.0, 0.7), "Middle": (-0.6, -0.3, 0.7), "Inside": (0.6, 0.0, 0.7)}
 
 
@@ -187,20 +191,32 @@ def relit(scene: Any, *, traced: bool = False) -> Relit:
     from addon.glsl.shader import read_texture
     from addon.relight.light_objects import LightObjects
     from addon.relight.light_sample import light_sample
+    from addon.relight.mesh_lights import Glow, mesh_lights
     from addon.relight.shadow import Shadow
     from addon.relight.shadow_pass import ShadowPass
     from addon.relight.traced_shadow import TracedShadowPass
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
+    from addon.scene.light_linking import UNLINKED
+    from addon.scene.light_linking_reader import read_emitter_linking
     from addon.scene.light_reader import read_lights
     from addon.scene.view_reader import read_view
     from tests.reference.surfaces import surfaces
 
     from .drawing import drawn_light
 
-    geometry, lights, view = with_render_depsgraph(
-        scene, lambda d: (read_geometry(d), read_lights(d), read_view(d, scene.camera))
+    geometry, lights, view, linking = with_render_depsgraph(
+        scene,
+        lambda d: (
+            read_geometry(d),
+            read_lights(d),
+            read_view(d, scene.camera),
+            read_emitter_linking(d),
+        ),
     )
+    glows = np.array([[GLOW * (name == "glow")] * 3 for name in geometry.material_names])
+    for glowing in mesh_lights(geometry, Glow(glows, np.zeros(len(glows), dtype=np.bool_))):
+        lights += (replace(glowing, linking=linking.get(glowing.name, UNLINKED)),)
     buffer = GeometryBuffer(geometry, view.origin)
     visible = VisibleSurfacePass(buffer).draw(view, with_objects=True)
     position = read_texture(visible.position).astype(np.float64)
@@ -222,8 +238,10 @@ def relit(scene: Any, *, traced: bool = False) -> Relit:
     both = np.zeros((2, SIZE, SIZE, 3))
     for light in lights:
         assert not light.warnings
-        sample, receivers = light_sample(light, 0, 1), position[hit][:, :3] + view.origin
-        for k, shares in enumerate((objects.of(light), None)):
+        receivers = position[hit][:, :3] + view.origin
+        count = GLOW_POINTS if light.type == "MESH" else 1
+        for k, shares in itertools.product(range(count), (objects.of(light), None)):
+            sample = light_sample(light, k, count)
             shadow: Shadow
             if traced:
                 shadow = rays.draw(
@@ -236,7 +254,8 @@ def relit(scene: Any, *, traced: bool = False) -> Relit:
             else:
                 casters = shares.casters if shares else None
                 shadow = maps.draw(light, sample, geometry.bounds, receivers, objects=casters)
-            both[k] += drawn_light(surface, light, [sample], shadow=shadow, shares=shares)[..., :3]
+            lit = drawn_light(surface, light, [sample], shadow=shadow, shares=shares)
+            both[int(shares is None)] += lit[..., :3] / count
     return Relit(both[0], both[1], seen, geometry.object_names)
 
 
@@ -327,3 +346,43 @@ def test_facets_that_cast_no_shadow(traced: bool, scene: Any, tmp_path: Path) ->
     assert psnr(result.linked, reference, ball) > 55.0
     assert psnr(result.unlinked, reference, ball) < 35.0
     assert psnr(result.linked, reference, away_from_edges(result.seen)) > 45.0
+
+
+@pytest.mark.usefixtures("gpu_context")
+def test_a_glowing_object(scene: Any, tmp_path: Path) -> None:
+    """An object's linking counts where it glows: one ball is left out, one casts no shadow."""
+    import bpy
+
+    glow: Any = bpy.data.materials.new("glow")
+    glow.node_tree.nodes.clear()
+    shader = glow.node_tree.nodes.new("ShaderNodeEmission")
+    shader.inputs["Strength"].default_value = GLOW
+    output = glow.node_tree.nodes.new("ShaderNodeOutputMaterial")
+    glow.node_tree.links.new(shader.outputs[0], output.inputs["Surface"])
+    bpy.ops.mesh.primitive_plane_add(size=1, location=(0.0, -0.5, 4.0))
+    bpy.context.object.name = "Glow"
+    bpy.context.object.data.materials.append(glow)
+    for lamp in ("Key", "Fill"):
+        bpy.data.objects.remove(scene.objects[lamp])
+    link(
+        scene,
+        "Glow",
+        collection("Left", exclude=["Left"]),
+        collection("Middle", exclude=["Middle"]),
+    )
+    reference = cycles_picture(scene, tmp_path / "cycles.exr", 256)[..., :3]
+    result = relit(scene, traced=True)
+    inner = away_from_edges(result.seen)
+    # Means of 4 x 4 pixels: Cycles' noise is then a quarter.
+    got, want = (blocks(np.where(inner[..., None], p, 0.0)) for p in (result.linked, reference))
+    error = float(np.sqrt(((got - want) ** 2).mean()) / want.max())
+    assert error < 10.0 ** (-45.0 / 20.0), f"{-20.0 * np.log10(error):.1f} dB"
+    unlinked = blocks(np.where(inner[..., None], result.unlinked, 0.0))
+    assert np.sqrt(((unlinked - want) ** 2).mean()) > 5.0 * error * want.max()
+    assert not reference[inner & (result.seen == result.names.index("Left"))].any()
+
+
+def blocks(picture: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(H / 4, W / 4, 3) means."""
+    height, width, _ = picture.shape
+    return picture.reshape(height // 4, 4, width // 4, 4, 3).mean(axis=(1, 3))

@@ -136,3 +136,18 @@ def test_what_a_link_changes_of_a_light() -> None:
     assert changed_parts(KEY, linked(KEY, selection=weights)) == ("shape",)
     assert changed_parts(KEY, linked(KEY, blockers=some)) == ("shadow casting", "shape")
     assert changed_parts(linked(KEY, blockers=some), linked(KEY, blockers=some)) == ()
+
+
+def test_glowing_objects_are_linked(room: tuple[SceneGeometry, MemoryStore, View]) -> None:
+    """A box that glows for nobody leaves the room dark, and lights it again when that is undone."""
+    geometry, store, view = room
+    glow = {"emission": ((0.0, 0.0, 0.0), (1.0, 2.0, 3.0))}
+    plan = replace(store.plan, material_constants=glow)
+    session = open_session((geometry, replace(store, plan=plan), view))
+    session.set_lights([])
+    before = session.render().layers["part 1"]
+    assert before.any()
+    session.set_emitter_linking({"part 1": LightLinking(LinkedObjects(BOX))})
+    assert not session.render().layers["part 1"].any()
+    session.set_emitter_linking({})
+    np.testing.assert_array_equal(session.render().layers["part 1"], before)

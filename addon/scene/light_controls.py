@@ -72,7 +72,8 @@ class DistanceRange:
     s is the smoothstep, or a step where its edge has no width, and r is |q|, or d along the axis.
 
     Attributes:
-        near: nothing nearer than near - near_edge, all from near on.
+        near: nothing nearer than near - near_edge, all from near on; 0 without an edge for no
+            near end, behind the light neither.
         far: all up to far, nothing beyond far + far_edge; inf for no end.
         along_axis: whether distances count along the light's axis and not all around.
     """

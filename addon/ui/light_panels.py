@@ -163,6 +163,7 @@ class RELUME_UL_blockers(bpy.types.UIList):
         flt_flag: int = 0,  # noqa: ARG002
     ) -> None:
         row = layout.row(align=True)
+        row.use_property_split = row.use_property_decorate = False
         row.prop(item, "use", text="")
         row.prop(item, "object", text="", emboss=False)
         row.prop(item, "density", text="")

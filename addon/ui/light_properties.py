@@ -95,6 +95,7 @@ class RELUME_PG_barn_doors(bpy.types.PropertyGroup):
             "How far the beam leans to the right and up for each metre, as light that falls "
             "through a window at an angle",
             (0.0, 0.0),
+            subtype="XYZ",
         ),
         "rotation": _turn("Rotation", "Turns the opening about the light's axis"),
         "density": _factor("Density", "How much of the light the doors hold back"),
@@ -203,6 +204,7 @@ class RELUME_PG_noise(bpy.types.PropertyGroup):
             "Offset",
             "Moves the pattern, in patches. Animate it for light through moving leaves or water",
             (0.0, 0.0, 0.0),
+            subtype="XYZ",
         ),
         "projected": _bool(
             "Projected",
@@ -228,7 +230,7 @@ class RELUME_PG_blocker(bpy.types.PropertyGroup):
         **_outline(", in the object's own units", 1.0),
         "density": _factor("Density", "How much of the light the card holds back"),
         "color": _vector(
-            "Colour",
+            "Color",
             "The light that still comes through: black is a flag, a colour is a gel",
             (0.0, 0.0, 0.0),
             min=0.0,
@@ -244,7 +246,7 @@ class RELUME_PG_light_shadow(bpy.types.PropertyGroup):
 
     __annotations__ = {
         "color": _vector(
-            "Colour",
+            "Color",
             "What shadows are filled with, against the light's brightness: black is a real shadow",
             (0.0, 0.0, 0.0),
             min=0.0,

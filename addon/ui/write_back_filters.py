@@ -174,7 +174,9 @@ def _distance(nodes: NodeMath, beam: _Beam, span: DistanceRange) -> Scalar:
     near = _step(nodes, span.near - span.near_edge, span.near, distance)
     if span.far == float("inf"):
         return near
-    return near * (1.0 - _step(nodes, span.far, span.far + span.far_edge, distance))
+    far = 1.0 - _step(nodes, span.far, span.far + span.far_edge, distance)
+    # Without a near end there is light behind the lamp too.
+    return far if span.near == 0.0 and span.near_edge == 0.0 else near * far
 
 
 def _step(nodes: NodeMath, low: Number, high: Number, value: Scalar) -> Scalar:
@@ -185,7 +187,7 @@ def _step(nodes: NodeMath, low: Number, high: Number, value: Scalar) -> Scalar:
 
 def _falloff(nodes: NodeMath, beam: _Beam, falloff: Falloff) -> Scalar:
     power = (beam.from_centre / falloff.distance) ** (2.0 - falloff.exponent)
-    return nodes.minimum(nodes.maximum(power, 2.0**-100), 2.0**100)
+    return nodes.minimum(nodes.maximum(power, 2.0**-80), 2.0**80)
 
 
 def _slide(nodes: NodeMath, beam: _Beam, slide: Slide, picture: SlidePicture) -> Vector:

@@ -148,6 +148,7 @@ def test_glowing_objects_are_linked(room: tuple[SceneGeometry, MemoryStore, View
     before = session.render().layers["part 1"]
     assert before.any()
     session.set_emitter_linking({"part 1": LightLinking(LinkedObjects(BOX))})
-    assert not session.render().layers["part 1"].any()
+    # A closed convex thing lights itself by no more than rounding leaves along its edges.
+    assert session.render().layers["part 1"].max() < 1e-6 * before.max()
     session.set_emitter_linking({})
     np.testing.assert_array_equal(session.render().layers["part 1"], before)

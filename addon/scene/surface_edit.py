@@ -12,7 +12,7 @@ change of its nodes would do:
     specular, and     Of dielectrics (coats too) their reflectance at the front, as Specular IOR
     its tint          Level and Specular Tint have it: it ends at 1, and at 0 there is no gloss at
                       all. Of metals and glossy reflection their weight, without an end.
-    emission          Emission Strength, as it is seen.
+    emission          Emission Strength, as it is seen and as it lights others.
 
 Those of a material and of an object multiply; an object's roughness is changed after its
 material's.
@@ -45,7 +45,7 @@ class SurfaceEdit:
         roughness_offset: is added to that, -1 to 1.
         specular: factor on its gloss.
         specular_tint: the same for each of red, green and blue.
-        emission: factor on the light that it is seen to send out.
+        emission: factor on the light that it sends out.
 
     Raises:
         InputError: a number that is not finite, or beyond its bounds.

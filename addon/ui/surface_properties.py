@@ -75,7 +75,7 @@ class RELUME_PG_surface_edit(bpy.types.PropertyGroup):
             "Specular Tint", "The same for each of red, green and blue. It does not tint colours"
         ),
         "emission": _factor(
-            "Emission", "Multiplies the light that the surface is seen to send out"
+            "Emission", "Multiplies what the surface glows, as it is seen and as it lights others"
         ),
     }
 

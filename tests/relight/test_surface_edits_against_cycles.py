@@ -308,7 +308,8 @@ def pictures(gpu_context: None, tmp_path_factory: pytest.TempPathFactory) -> Pic
     fov = 2.0 * np.arctan(0.51 * max(COLUMNS, ROWS) / 99.5)
     caching = CachingCamera(0, world_from_camera, float(fov), 50.0, 150.0, 2048, "PERSPECTIVE", 0)
     bake_scene(scene, geometry, [caching], folder / "cache")
-    session = RelightSession(geometry, CacheStore.open(folder / "cache"), 1)
+    store = CacheStore.open(folder / "cache")
+    session = RelightSession(geometry, store, 1, mesh_lights=False)
     session.set_lights(lights)
     session.set_view(view)
     plain = session.render().combined

@@ -11,9 +11,11 @@ from ..corrmap.pixel_filter import pixel_offsets
 from ..corrmap.surface_buffer import SurfaceBuffer
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..glsl.shader import read_texture
+from ..scene.frame_across import frame_across
 from ..scene.light import Light
 from ..scene.view import View
 from .albedo_pass import AlbedoTextures
+from .environment import EnvironmentLight, EnvironmentScene
 from .layer_stack import LightLayer
 from .light_contact import touches_surface
 from .light_edit import layer_tint
@@ -28,7 +30,7 @@ from .shadow_light import shadow_light
 from .shadow_pass import ShadowMap, ShadowPass
 from .surface_pass import EmissionPass
 from .traced_shadow import TracedShadowPass
-from .world_pass import AmbientPass, BackgroundPass, WorldTextures
+from .world_pass import BackgroundPass, WorldTextures
 
 # Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
 _RECEIVER_STRIDE = 4
@@ -78,7 +80,7 @@ class LayerDrawing:
         """The surfaces may be laid out otherwise: shade them so."""
         layout = self._sampler.layout
         self._light_pass.set_layout(layout)
-        self._ambient_pass = AmbientPass(self._tables, layout)
+        self._environment = EnvironmentLight(self._tables, layout)
         self._emission_pass = EmissionPass(layout) if self._has_emission else None
 
     def forget_shadows(self, light: str) -> None:
@@ -148,11 +150,13 @@ class LayerDrawing:
         view: View,
         layer: LightLayer,
         k: int,
-        stride: int,
         *,
+        count: int,
+        stride: int,
         film_transparent: bool,
     ) -> None:
-        """Add the world behind the scene, the picture's alpha, and the world's light."""
+        """Add sample k of `count` of the world behind the scene, the picture's alpha, and the
+        world's light."""
         surface = self._sampler.sample(k)
         x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
         self._background_pass.draw(
@@ -164,8 +168,21 @@ class LayerDrawing:
             film_transparent=film_transparent,
             stride=stride,
         )
-        if world is not None:
-            self._ambient_pass.draw(surface, world, layer.target, stride=stride)
+        if world is None:
+            return
+        if self._pass is None:
+            raise RuntimeError("set a view before drawing the world's light")
+        scene = EnvironmentScene(
+            self._sampler.geometry,
+            self._pass,
+            self._visible_receivers()[0],
+            lambda toward: self._sun_shadow(surface, toward, stride),
+            one_by_one=self._settings.method == "traced",
+        )
+        if count == 1:
+            self._environment.draw_first(surface, world, scene, layer.target, stride)
+        else:
+            self._environment.draw(surface, world, scene, layer.target, (k, count))
 
     def visible_places(self) -> NDArray[np.float64]:
         """(N, 3) world space: some of what the view sees."""
@@ -196,6 +213,23 @@ class LayerDrawing:
         casters = self._objects.of(light).casters
         receivers, eye = self._visible_receivers()
         return self._pass.draw(light, sample, bounds, receivers, objects=casters, eye=eye)
+
+    def _sun_shadow(
+        self, surface: SurfaceBuffer, toward: NDArray[np.float64], stride: int
+    ) -> Shadow:
+        """The shadow of what shines from a direction (3,) of the world."""
+        if self._pass is None:
+            raise RuntimeError("set a view before drawing shadows")
+        world_from_light = np.eye(4)
+        world_from_light[:3, :3] = np.stack([*frame_across(toward), toward], axis=1)
+        sun, sample = Light("", "SUN", world_from_light, 1.0, np.ones(3)), LightSample(toward, 1)
+        if self._settings.method == "traced":
+            if self._traced is None:
+                self._traced = TracedShadowPass(self._sampler.geometry)
+            return self._traced.draw(surface, sun, sample, stride=stride)
+        receivers, eye = self._visible_receivers()
+        bounds = self._sampler.geometry.bounds
+        return self._pass.draw(sun, sample, bounds, receivers, eye=eye)
 
     def _light_sample(
         self, light: Light, k: int, count: int, *, moved: bool = False

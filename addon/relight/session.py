@@ -516,7 +516,8 @@ class RelightSession:
                     self._required_view(),
                     layer,
                     k,
-                    stack.stride,
+                    count=stack.count,
+                    stride=stack.stride,
                     film_transparent=self._world is not None and self._world.film_transparent,
                 )
 

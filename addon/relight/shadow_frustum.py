@@ -61,6 +61,11 @@ _WORTH_A_CASCADE = 0.6
 _FEWEST_RECEIVERS = 64
 
 
+# Receivers are some of the pixels that are lit. Others lie a little beyond them: by a few
+# hundredths of their extent, in small pictures.
+_BETWEEN = 0.03
+
+
 @dataclass(frozen=True)
 class ShadowSettings:
     """How shadows are found, and how fine their maps are.
@@ -350,5 +355,27 @@ def _parallel(
         inner_share=1.0 / _guarded(resolution),
         near=0.0,
         far=depth + 2.0 * margin,
+        resolution=resolution,
+    )
+
+
+def parallel_frustum(
+    toward: NDArray[np.float64],
+    caster_bounds: NDArray[np.float64],
+    receivers: NDArray[np.float64],
+    resolution: int,
+) -> ShadowFrustum:
+    """A window for each of (F, 3) unit directions towards suns, at most MAX_FACES of them."""
+    each = [_parallel(one, caster_bounds, [receivers], resolution) for one in toward]
+    return ShadowFrustum(
+        origins=np.concatenate([one.origins for one in each]),
+        centre=each[0].centre,
+        parallel=True,
+        turned=False,
+        face_from_world=np.concatenate([one.face_from_world for one in each]),
+        half_extents=np.concatenate([one.half_extents for one in each]) * (1.0 + _BETWEEN),
+        inner_share=each[0].inner_share,
+        near=0.0,
+        far=max(one.far for one in each),
         resolution=resolution,
     )

@@ -17,7 +17,13 @@ from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .light_sample import LightSample
 from .shadow import ShadowKind
-from .shadow_frustum import MAX_FACES, ShadowFrustum, ShadowSettings, shadow_frustum
+from .shadow_frustum import (
+    MAX_FACES,
+    ShadowFrustum,
+    ShadowSettings,
+    parallel_frustum,
+    shadow_frustum,
+)
 
 _CASTER_BLOCK = UniformBlock(
     "caster",
@@ -147,25 +153,49 @@ class ShadowPass:
             eye: (3,) float64 world space: near it a sun's shadows are finer.
         """
         frustum = shadow_frustum(light, sample, caster_bounds, receivers, self.settings, eye)
-        distance = texture_2d(*frustum.size, "R32F")
-        size = frustum.resolution
-        target = framebuffer([distance], self._depth_texture(frustum.size))
-        axis = np.append(-frustum.face_from_world[0, 2], 1.0) if frustum.parallel else np.zeros(4)
         is_lamp = light.type in ("POINT", "SPOT")
         centre = light.position - self._geometry.origin if is_lamp else np.zeros(3)
         # Sample points lie in this ball; see the shader.
         has_ball = is_lamp and not sample.is_flat(light) and sample.count > 1
         radius_sq = light.shadow_soft_size**2 if has_ball else 0.0
-        caster = {
-            "axis": axis,
-            "centre": np.append(centre, radius_sq),
-            "far": frustum.far,
-        }
+        return self._draw(frustum, np.append(centre, radius_sq), objects)
+
+    def draw_parallel(
+        self,
+        toward: NDArray[np.float64],
+        caster_bounds: NDArray[np.float64],
+        receivers: NDArray[np.float64],
+        resolution: int,
+    ) -> ShadowMap:
+        """One map of (F, 3) unit directions, at most MAX_FACES, that light comes from in parallel.
+
+        Args:
+            toward: towards the light.
+            caster_bounds: as for `draw`.
+            receivers: likewise.
+            resolution: texels along the side of each direction's face.
+        """
+        frustum = parallel_frustum(toward, caster_bounds, receivers, resolution)
+        return self._draw(frustum, np.zeros(4), None)
+
+    def _draw(
+        self,
+        frustum: ShadowFrustum,
+        centre: NDArray[np.float64],
+        objects: NDArray[np.bool_] | None,
+    ) -> ShadowMap:
+        """`centre` is (4,): a lamp's in local space, and the squared radius of its ball."""
+        distance = texture_2d(*frustum.size, "R32F")
+        size = frustum.resolution
+        target = framebuffer([distance], self._depth_texture(frustum.size))
+        caster: dict[str, Any] = {"axis": np.zeros(4), "centre": centre, "far": frustum.far}
         with target.bind():
             gpu.state.blend_set("NONE")
             target.clear(color=(_NOTHING, 0.0, 0.0, 0.0), depth=1.0)
             for face in range(len(frustum.face_from_world)):
                 target.viewport_set(*frustum.cell(face), size, size)
+                if frustum.parallel:
+                    caster["axis"] = np.append(-frustum.face_from_world[face, 2], 1.0)
                 caster["origin"] = np.append(frustum.origins[face] - self._geometry.origin, 0.0)
                 self._geometry.draw(
                     self._program,

@@ -17,7 +17,9 @@ from ..scene.world import World
 from .albedo_pass import AlbedoTextures, table_library, table_samplers
 from .blend_pass import add_fullscreen
 from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
-from .world_light import LOBE_ROUGHNESS, prepare_world
+from .world_directions import DirectionSource, SunSource
+from .world_light import LEVELS, LOBE_ROUGHNESS, prepare_world
+from .world_split import split_world
 
 _BACKGROUND_BLOCK = UniformBlock(
     "background",
@@ -36,19 +38,13 @@ _AMBIENT_BLOCK = UniformBlock(
     "ambient",
     (
         Field("vec4", "color"),
-        Field("vec4", "harmonics", 9),
         Field("vec4", "roughness", 2),
         Field("float", "diffuse_factor"),
         Field("float", "specular_factor"),
     ),
 )
 
-_PICTURE_LIBRARY = ("equirect", "world_picture")
-
-# Constants of the harmonics in the order of `harmonics()`, taken out of the shader.
-_HARMONIC_FACTORS = np.sqrt(
-    np.array([1.0, 3.0, 3.0, 3.0, 15.0, 15.0, 1.25, 15.0, 3.75]) / (4.0 * np.pi)
-)
+PICTURE_LIBRARY = ("equirect", "world_picture")
 
 
 @dataclass(frozen=True)
@@ -58,14 +54,23 @@ class WorldTextures:
     Attributes:
         world: the world.
         picture: RGBA32F equirect, or None for a constant world.
-        lobes: RGBA32F, convolved pictures above each other, or None.
-        harmonics: (9, 4) float64, the diffuse harmonics with their constants.
+        residual: the same without its suns; the same texture where it has none.
+        suns: the suns alone, or None.
+        levels: RGBA32F, convolved pictures of the residual above each other, or None.
+        source: draws directions towards the residual.
+        sun_source: the same towards the suns, or None.
+
+    The alpha of `residual` and `suns` tells how many directions of a single draw there are per
+    steradian.
     """
 
     world: World
     picture: Any
-    lobes: Any
-    harmonics: Any
+    residual: Any
+    suns: Any
+    levels: Any
+    source: DirectionSource
+    sun_source: SunSource | None = None
 
     @classmethod
     def upload(cls, world: World) -> WorldTextures:
@@ -77,15 +82,27 @@ class WorldTextures:
         if world.needs_baking:
             raise ValueError("the world's picture must be baked first")
         if world.equirect is None:
-            return cls(world, None, None, np.zeros((9, 4)))
-        prepared = prepare_world(world.equirect)
-        harmonics = np.zeros((9, 4))
-        harmonics[:, :3] = prepared.irradiance * _HARMONIC_FACTORS[:, None]
-        return cls(world, _rgba(world.equirect), _rgba(prepared.lobes), harmonics)
+            radiance = np.zeros(3) if world.radiance is None else world.radiance
+            source = DirectionSource(radiance.reshape(1, 1, 3), even=1.0)
+            return cls(world, None, None, None, None, source)
+        parts = split_world(world.equirect)
+        source = DirectionSource(parts.residual)
+        residual = _rgba(parts.residual, source.density)
+        picture, suns, sun_source = residual, None, None
+        if parts.suns:
+            sun_source = SunSource(parts.suns)
+            picture = _rgba(world.equirect, source.density)
+            suns = _rgba(sun_source.picture, sun_source.density)
+        levels = prepare_world(parts.residual).levels
+        return cls(
+            world, picture, residual, suns, _rgba(levels, np.zeros(levels.shape[:2])),
+            source, sun_source,
+        )  # fmt: skip
 
 
-def _rgba(rgb: Any) -> Any:
-    return texture_from_array(np.pad(rgb, ((0, 0), (0, 0), (0, 1))), "RGBA32F")
+def _rgba(rgb: Any, alpha: Any) -> Any:
+    pixels = np.concatenate([rgb, alpha[..., None]], axis=-1).astype(np.float32)
+    return texture_from_array(pixels, "RGBA32F")
 
 
 class BackgroundPass:
@@ -151,7 +168,7 @@ def _background(has_picture: bool) -> PassShader:
     return PassShader(
         name="background",
         fragment="background",
-        library=_PICTURE_LIBRARY if has_picture else (),
+        library=PICTURE_LIBRARY if has_picture else (),
         blocks=(_BACKGROUND_BLOCK,),
         samplers=samplers,
         outputs=(("VEC4", "radiance"),),
@@ -170,7 +187,7 @@ class AmbientPass:
     def __init__(self, tables: AlbedoTextures, layout: SurfaceLayout) -> None:
         self._tables = tables
         self._layout = layout
-        self._programs: dict[bool, ShaderProgram] = {}
+        self._programs: dict[tuple[bool, bool], ShaderProgram] = {}
 
     def draw(
         self,
@@ -179,45 +196,59 @@ class AmbientPass:
         target: Any,
         weight: float = 1.0,
         stride: int = 1,
+        *,
+        only_lambert: bool = False,
     ) -> None:
-        """Add `weight` times the radiance that the world causes; alpha is left as it is."""
+        """Add `weight` times the radiance that the world without its suns causes, as far as the
+        surfaces' ambient occlusion tells; alpha is left as it is.
+
+        Args:
+            surface: what is seen.
+            world: the world.
+            target: framebuffer, RGBA32F.
+            weight: usually 1 / count of the view's samples.
+            stride: view pixels along the side of one of the target's.
+            only_lambert: leave out all but the diffuse bases without roughness.
+        """
         has_picture = world.picture is not None
-        if has_picture not in self._programs:
-            self._programs[has_picture] = _ambient(has_picture, self._layout).build()
+        variant = (has_picture, only_lambert)
+        if variant not in self._programs:
+            self._programs[variant] = _ambient(has_picture, only_lambert, self._layout).build()
         textures = surface.textures() | self._tables.textures(self._layout, ambient=True)
         if has_picture:
-            textures |= {"world_picture": world.picture, "world_lobes": world.lobes}
+            textures |= {"world_picture": world.residual, "world_levels": world.levels}
         radiance = world.world.radiance
         ambient = {
             "color": np.append(np.zeros(3) if radiance is None else radiance, 0.0),
-            "harmonics": world.harmonics,
             "roughness": np.resize(np.array(LOBE_ROUGHNESS), 8).reshape(2, 4),
             "diffuse_factor": weight * float(world.world.diffuse_visible),
             "specular_factor": weight * float(world.world.glossy_visible),
         }
         uniforms = {"view": view_uniforms(surface, stride), "ambient": ambient}
-        add_fullscreen(self._programs[has_picture], target, textures, uniforms)
+        add_fullscreen(self._programs[variant], target, textures, uniforms)
 
 
-def _ambient(has_picture: bool, layout: SurfaceLayout) -> PassShader:
+def _ambient(has_picture: bool, only_lambert: bool, layout: SurfaceLayout) -> PassShader:
     samplers = (*layout.samplers, *table_samplers(layout, ambient=True))
     if has_picture:
-        samplers = (*samplers, ("world_picture", "FLOAT_2D"), ("world_lobes", "FLOAT_2D"))
+        samplers = (*samplers, ("world_picture", "FLOAT_2D"), ("world_levels", "FLOAT_2D"))
     return PassShader(
         name="ambient",
         fragment="ambient",
         library=(
             *SURFACE_LIBRARY,
+            "diffuse",
             *table_library(layout, ambient=True),
-            *(_PICTURE_LIBRARY if has_picture else ()),
+            *(PICTURE_LIBRARY if has_picture else ()),
         ),
         generated=layout.read_glsl(),
         blocks=(VIEW_BLOCK, _AMBIENT_BLOCK),
         samplers=samplers,
         outputs=(("VEC4", "radiance"),),
         defines=(
-            ("LOBE_COUNT", str(len(LOBE_ROUGHNESS))),
+            ("LEVEL_COUNT", str(LEVELS)),
             *layout.defines,
             *((("HAS_PICTURE", "1"),) if has_picture else ()),
+            *((("ONLY_LAMBERT", "1"),) if only_lambert else ()),
         ),
     )

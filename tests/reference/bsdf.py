@@ -139,6 +139,11 @@ class Lobe:
         return self.diffuse_color * np.where(is_minnaert, minnaert[..., None], base)
 
     @property
+    def is_lambert(self) -> NDArray[np.bool_]:
+        """(H, W) whether the diffuse base sends light evenly."""
+        return np.asarray((self.diffuse_roughness <= 1e-5) & (self.diffuse_model == 0.0))
+
+    @property
     def sheen_albedo(self) -> Array:
         """(H, W, 3)."""
         shape = sheen_shape(dot(self.N, self.V), self.sheen_roughness)

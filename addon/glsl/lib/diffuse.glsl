@@ -65,3 +65,19 @@ vec3 diffuse_base(Lobe lobe, vec3 V, vec3 L)
 #endif
   return lobe.diffuse_color * (NoL / PI);
 }
+
+/* Whether the diffuse base sends light evenly, whatever the viewer's place. */
+bool is_lambert(Lobe lobe)
+{
+#ifdef HAS_DIFFUSE_MODEL
+  if (lobe.diffuse_model > 0.5) {
+    return false;
+  }
+#endif
+#ifdef HAS_ROUGH_DIFFUSE
+  if (lobe.diffuse_roughness > 1e-5) {
+    return false;
+  }
+#endif
+  return true;
+}

@@ -37,8 +37,8 @@ float texel_visibility(int face, ivec2 texel, vec3 receiver, vec3 Ng, float slac
   if (shadow.parallel > 0.5) {
     vec2 ndc = (vec2(inside) + vec2(0.5)) / shadow.resolution * 2.0 - vec2(1.0);
     vec2 across = ndc * face_extent(face);
-    vec3 start = across.x * shadow.right[0].xyz + across.y * shadow.up[0].xyz;
-    facing = -dot(Ng, shadow.back[0].xyz);
+    vec3 start = across.x * shadow.right[face].xyz + across.y * shadow.up[face].xyz;
+    facing = -dot(Ng, shadow.back[face].xyz);
     reach = dot(Ng, receiver - start);
   }
   else {
@@ -118,6 +118,18 @@ float sun_visibility(vec3 position, vec3 Ng)
     }
   }
   return 1.0;
+}
+
+/* What one face says, of a map whose faces look in different directions; outside of it: lit. */
+float face_visibility_at(int face, vec3 position, vec3 Ng)
+{
+  vec3 receiver = position - shadow.origin[face].xyz;
+  vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
+             face_extent(face);
+  if (any(greaterThan(abs(ndc), vec2(shadow.inner_share)))) {
+    return 1.0;
+  }
+  return face_visibility(face, ndc, receiver, Ng, face_extent(face) / shadow.resolution);
 }
 
 float visibility(vec3 position, vec3 Ng)

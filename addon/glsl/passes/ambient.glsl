@@ -1,55 +1,49 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The world's light on the surfaces, dimmed by their ambient occlusion. */
+ * The world's light on the surfaces, dimmed by their ambient occlusion: all of it in the first
+ * picture; in a refined one only what its directions (environment.glsl) start from. */
 
 #ifdef HAS_PICTURE
-vec3 lobe_at(int level, vec3 direction)
+/* Level 0 is the diffuse one. A level's first and last row look straight down and up. */
+vec3 level_at(int level, vec3 direction)
 {
-  ivec2 size = textureSize(world_lobes, 0);
-  size.y /= LOBE_COUNT;
+  ivec2 size = textureSize(world_levels, 0);
+  size.y /= LEVEL_COUNT;
   int row = level * size.y;
-  vec2 at = equirect_texel(direction, size);
+  vec2 at = equirect_texel(direction, size - ivec2(0, 1)) + vec2(0.0, 0.5);
   ivec2 low = ivec2(floor(at));
   vec2 t = at - vec2(low);
-  vec3 bottom = mix(EQUIRECT_TEXEL(world_lobes, size, row, low),
-                    EQUIRECT_TEXEL(world_lobes, size, row, low + ivec2(1, 0)),
+  vec3 bottom = mix(EQUIRECT_TEXEL(world_levels, size, row, low),
+                    EQUIRECT_TEXEL(world_levels, size, row, low + ivec2(1, 0)),
                     t.x);
-  vec3 top = mix(EQUIRECT_TEXEL(world_lobes, size, row, low + ivec2(0, 1)),
-                 EQUIRECT_TEXEL(world_lobes, size, row, low + ivec2(1, 1)),
+  vec3 top = mix(EQUIRECT_TEXEL(world_levels, size, row, low + ivec2(0, 1)),
+                 EQUIRECT_TEXEL(world_levels, size, row, low + ivec2(1, 1)),
                  t.x);
   return mix(bottom, top, t.y);
 }
 
-float lobe_roughness(int level)
+float level_roughness(int level)
 {
-  return ambient.roughness[level / 4][level % 4];
+  return ambient.roughness[(level - 1) / 4][(level - 1) % 4];
 }
 
 /* What a lobe of this roughness sees around its mirrored direction. */
 vec3 reflected_world(vec3 R, float roughness)
 {
-  if (roughness <= lobe_roughness(0)) {
-    return mix(picture_at(R), lobe_at(0, R), roughness / lobe_roughness(0));
+  if (roughness <= level_roughness(1)) {
+    return mix(picture_at(R), level_at(1, R), roughness / level_roughness(1));
   }
-  int level = 0;
-  while (level < LOBE_COUNT - 2 && roughness > lobe_roughness(level + 1)) {
+  int level = 1;
+  while (level < LEVEL_COUNT - 2 && roughness > level_roughness(level + 1)) {
     level++;
   }
-  float low = lobe_roughness(level);
-  float t = clamp((roughness - low) / (lobe_roughness(level + 1) - low), 0.0, 1.0);
-  return mix(lobe_at(level, R), lobe_at(level + 1, R), t);
+  float low = level_roughness(level);
+  float t = clamp((roughness - low) / (level_roughness(level + 1) - low), 0.0, 1.0);
+  return mix(level_at(level, R), level_at(level + 1, R), t);
 }
 
-/* Ramamoorthi and Hanrahan, An Efficient Representation for Irradiance Environment Maps (2001);
- * the constants are in the coefficients. */
 vec3 diffuse_world(vec3 N)
 {
-  vec3 sum = ambient.harmonics[0].rgb + ambient.harmonics[1].rgb * N.y +
-             ambient.harmonics[2].rgb * N.z + ambient.harmonics[3].rgb * N.x +
-             ambient.harmonics[4].rgb * (N.x * N.y) + ambient.harmonics[5].rgb * (N.y * N.z) +
-             ambient.harmonics[6].rgb * (3.0 * N.z * N.z - 1.0) +
-             ambient.harmonics[7].rgb * (N.x * N.z) +
-             ambient.harmonics[8].rgb * (N.x * N.x - N.y * N.y);
-  return max(sum, vec3(0.0)); /* nine harmonics ring below zero opposite to a small sun */
+  return level_at(0, N);
 }
 #else
 vec3 reflected_world(vec3 R, float roughness)
@@ -76,22 +70,29 @@ void main()
     if (is_black(lobe)) {
       continue;
     }
+#ifdef ONLY_LAMBERT
+    if (!is_lambert(lobe)) {
+      continue;
+    }
+#endif
     vec3 N = specular_normal(lobe.N, s.Ng, s.V);
     float mu = max(dot(N, s.V), 0.0);
     vec4 albedo = microfacet_albedo(mu, lobe.roughness);
     vec3 diffuse = lobe.diffuse_color * layer_transmission(lobe, mu, albedo);
-    vec3 reflectance = specular_albedo(lobe, mu, albedo);
-    vec3 R = reflect(-s.V, N);
     vec3 seen = ambient.diffuse_factor * diffuse * diffuse_world(lobe.N);
-#ifdef HAS_SHEEN
+#ifndef ONLY_LAMBERT
+#  ifdef HAS_SHEEN
     /* Of its albedo; where the light comes from is left to the diffuse base's share. */
     seen += ambient.diffuse_factor * lobe.sheen_color *
             (sheen_shape(dot(lobe.N, s.V), lobe.sheen_roughness).x * diffuse_world(lobe.N));
-#endif
-#ifdef HAS_TRANSLUCENT
+#  endif
+#  ifdef HAS_TRANSLUCENT
     seen += ambient.diffuse_factor * lobe.translucent_color * diffuse_world(-lobe.N);
-#endif
+#  endif
+    vec3 reflectance = specular_albedo(lobe, mu, albedo);
+    vec3 R = reflect(-s.V, N);
     seen += ambient.specular_factor * reflectance * reflected_world(R, lobe.roughness);
+#endif
 #ifdef HAS_VIEW_WEIGHT
     seen *= view_weight(lobe, s.V);
 #endif

@@ -1,0 +1,7 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * What arrives along rays that met nothing. */
+void main()
+{
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  radiance = texelFetch(ray_open, texel, 0).r * texelFetch(ray_arriving, texel, 0);
+}

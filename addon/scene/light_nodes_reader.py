@@ -41,6 +41,15 @@ _OF_EXTENT = {
     "ShaderNodeNewGeometry": {"Position", "Parametric"},
     "ShaderNodeUVMap": {"UV"},
 }
+# And those that depend on the direction of what is lit.
+_OF_DIRECTION = {
+    "ShaderNodeNewGeometry": {"Incoming", "Backfacing"},
+    "ShaderNodeTexCoord": {"Camera", "Window", "Reflection"},
+    "ShaderNodeCameraData": {"View Vector", "View Z Depth", "View Distance"},
+    "ShaderNodeTexIES": {"Factor"},
+    "ShaderNodeLayerWeight": {"Fresnel", "Facing"},
+    "ShaderNodeFresnel": {"Factor"},
+}
 # Textures take their place from there when nothing is linked to them.
 _TEXTURES = {
     "ShaderNodeTexBrick", "ShaderNodeTexChecker", "ShaderNodeTexGabor", "ShaderNodeTexGradient",
@@ -147,8 +156,8 @@ def measuring_key(data: Any, light: Light) -> str:
     # Matrices that are turned differ in their last bits, and in the sign of their zeros.
     digest.update((np.round(matrix, 5) + 0.0).tobytes())
     digest.update(repr(framing(light)).encode())
-    if light.type == "SPOT" and of_extent(nodes):
-        digest.update(repr(light.spot_size).encode())
+    if light.type in ("SPOT", "AREA") and of_extent(nodes):
+        digest.update(repr((light.spot_size, light.shape, light.size, light.size_y)).encode())
     return digest.hexdigest()
 
 
@@ -174,6 +183,11 @@ def of_world(nodes: list[Any]) -> bool:
 def of_extent(nodes: list[Any]) -> bool:
     """Whether emission depends on the place on the light."""
     return any(_uses(node, _OF_EXTENT) or _is_unplaced(node) for node in nodes)
+
+
+def of_direction(nodes: list[Any]) -> bool:
+    """Whether an area light's emission at one of its places depends on the direction."""
+    return any(_uses(node, _OF_DIRECTION) for node in nodes)
 
 
 def is_fine(nodes: list[Any]) -> bool:

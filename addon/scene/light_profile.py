@@ -24,9 +24,13 @@ class LightProfile:
             v = 1/2 + asin(q.y / r) / pi.
         exponent: of the distance in metres, beside what Cycles' lights fall off with.
         smooth: as of the Light Falloff node, square metres.
+        over_area: (N, N, 3) float32, N a power of 2: what an area light emits at each place of
+            its own, which its light is multiplied with too; rows along its Y, columns along its X.
+            None where it emits the same everywhere.
     """
 
     pixels: NDArray[np.float32]
     half_width: float = 0.0
     exponent: float = 0.0
     smooth: float = 0.0
+    over_area: NDArray[np.float32] | None = None

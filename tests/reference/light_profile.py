@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -31,7 +33,22 @@ def profile(light: Light, place: Array, sampled: Array) -> Array:
     return np.asarray(color * gain[..., None])
 
 
-def _bilinear(pixels: NDArray[np.float32], uv: Array, around: bool) -> Array:
+def over_area(light: Light, sampled: Array, count: int) -> Array:
+    """(3,) what an area light emits about its sampled point, (3,), of which there are `count`."""
+    assert light.profile is not None
+    assert light.profile.over_area is not None
+    pixels = light.profile.over_area.astype(np.float64)
+    # Of the light's sides, what one sample stands for; three are taken for one.
+    width = 1.0 if count in (1, 3) else 1.0 / np.sqrt(count)
+    while len(pixels) > 1 and len(pixels) * width >= 2.0:
+        half = len(pixels) // 2
+        pixels = pixels.reshape(half, 2, half, 2, 3).mean(axis=(1, 3))
+    from_centre = sampled - light.position
+    uv = [0.5 + from_centre @ side / (side @ side) for side in light.extents]
+    return _bilinear(pixels, np.array(uv), around=False)
+
+
+def _bilinear(pixels: NDArray[Any], uv: Array, around: bool) -> Array:
     height, width = pixels.shape[:2]
     at = uv * (width, height) - 0.5
     low = np.floor(at).astype(np.int64)

@@ -12,6 +12,7 @@ import pytest
 from addon.relight.light_sample import light_sample
 from addon.scene.light import Light
 from addon.scene.light_profile import LightProfile
+from tests.reference.light_profile import over_area as over_area_of
 from tests.reference.light_profile import profile
 from tests.reference.surfaces import surfaces
 from tests.synthetic import looking_at
@@ -64,3 +65,24 @@ def test_it_is_finite_at_every_distance(size: float) -> None:
     for own in PROFILES.values():
         shaped = replace(light, profile=own)
         assert np.isfinite(drawn_light(surface, shaped, [light_sample(light, 0, 1)])).all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 5, 64, 5000])
+def test_places_of_an_area_light_are_their_twin(count: int) -> None:
+    """Float32 texels, over a pyramid of them."""
+    place = looking_at((0.3, -0.2, 2.0), (0.1, 0.4, -1.0)) @ np.diag([-1.0, 1.5, 1.0, 1.0])
+    over_area = np.random.default_rng(6).random((16, 16, 3)).astype(np.float32)
+    own = LightProfile(np.ones((1, 1, 3), dtype=np.float32), over_area=over_area)
+    light = Light("l", "AREA", place, 1.0, np.ones(3), shape="RECTANGLE", size=0.8, size_y=0.5)
+    lit = np.array([[[0.1, 0.2, -1.0], [0.5, 0.1, -0.5]]])
+    for k in range(min(count, 4)):
+        sample = light_sample(light, k, count)
+        normal = sample.position - lit
+        normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+        surface = surfaces(lit, normal, eye=(0.0, 0.0, 0.0))
+        surface = replace(surface, eye=light.position + normal[0, 0], perspective=True)
+        plain = drawn_light(surface, light, [sample])[..., :3]
+        got = drawn_light(surface, replace(light, profile=own), [sample])[..., :3]
+        want = plain * over_area_of(replace(light, profile=own), sample.position, count)
+        assert (plain > 0.0).all()
+        np.testing.assert_allclose(got, want, rtol=1e-4)

@@ -248,9 +248,10 @@ def test_what_was_written_for_cycles_is_not_measured(tmp_path: Path) -> None:
 def test_what_is_not_told_is_named(tmp_path: Path) -> None:
     stage = CyclesStage("AREA", tmp_path, 16)
     tree = stage.light.data.node_tree
-    noise = tree.nodes.new("ShaderNodeTexNoise")
+    noise, geometry = tree.nodes.new("ShaderNodeTexNoise"), tree.nodes.new("ShaderNodeNewGeometry")
     link(tree, noise.outputs["Color"], tree.nodes["Emission"].inputs["Color"])
-    assert "vary over its area" in read(stage.scene).warnings[0]
+    link(tree, geometry.outputs["Incoming"], tree.nodes["Emission"].inputs["Strength"])
+    assert "vary over its area and with" in read(stage.scene).warnings[0]
     stage.light.data.type = "POINT"
     path, sine = tree.nodes.new("ShaderNodeLightPath"), tree.nodes.new("ShaderNodeMath")
     sine.operation = "SINE"

@@ -7,7 +7,7 @@ either not in the cache or stays black.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +32,7 @@ def out_of_reach(
     plan: ChannelPlan,
     edits: SurfaceEdits,
     means: Means = _no_means,
-    geometry: SceneGeometry | None = None,
+    materials_of: Mapping[str, Collection[str]] | None = None,
 ) -> tuple[str, ...]:
     """A sentence for each edit that shows nothing, or less than it says.
 
@@ -41,8 +41,8 @@ def out_of_reach(
         edits: of the scene.
         means: gives of a material (an index into the plan's) and a stored channel the mean over
             its texels, which of colours tells whether they are black everywhere.
-        geometry: with the plan's materials and one more for others; tells of which materials
-            objects are. Without it nothing is said of objects.
+        materials_of: the names of the materials on the objects of a name; nothing is said of
+            objects that are not in it.
     """
     index = {name: number for number, name in enumerate(plan.material_names)}
     found: list[str] = []
@@ -55,22 +55,25 @@ def out_of_reach(
         reached = _Material(plan, index[name], means)
         found += [f"material '{name}': {text}" for text in reached.limits(edit)]
     for name, edit in edits.objects.items():
-        materials = [] if edit.is_neutral else _materials_of(name, geometry)
+        if edit.is_neutral or materials_of is None or name not in materials_of:
+            continue
         # What one of its materials shows is no limit of the object.
-        each = [dict.fromkeys(_Material(plan, m, means).limits(edit)) for m in materials]
-        shared = [text for text in each[0] if all(text in other for other in each)] if each else []
-        found += [f"object '{name}': {text}" for text in shared]
+        known = [index[m] for m in materials_of[name] if m in index]
+        each = [dict.fromkeys(_Material(plan, m, means).limits(edit)) for m in known]
+        if each and len(known) == len(materials_of[name]):
+            shared = [text for text in each[0] if all(text in other for other in each)]
+            found += [f"object '{name}': {text}" for text in shared]
     return tuple(found)
 
 
-def _materials_of(name: str, geometry: SceneGeometry | None) -> list[int]:
-    """The plan's materials on the objects of this name; none where another one is on them."""
-    if geometry is None:
-        return []
-    ids = [index for index, other in enumerate(geometry.object_names) if other == name]
-    used = np.unique(geometry.material_id[np.isin(geometry.object_id, ids)])
-    known = [int(material) for material in used if material < len(geometry.material_names) - 1]
-    return known if len(known) == len(used) else []
+def materials_on(geometry: SceneGeometry, names: Iterable[str]) -> dict[str, frozenset[str]]:
+    """The names of the materials on the objects of each name."""
+    result = {}
+    for name in names:
+        ids = [index for index, other in enumerate(geometry.object_names) if other == name]
+        used = np.unique(geometry.material_id[np.isin(geometry.object_id, ids)])
+        result[name] = frozenset(geometry.material_names[material] for material in used)
+    return result
 
 
 class _Material:

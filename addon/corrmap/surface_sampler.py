@@ -10,7 +10,7 @@ import numpy as np
 
 from ..caching.framebuffer import DeepFramebuffer
 from ..caching.plan import ChannelPlan
-from ..caching.surface_edit_reach import out_of_reach
+from ..caching.surface_edit_reach import materials_on, out_of_reach
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
@@ -96,7 +96,8 @@ class SurfaceSampler:
         surface cannot reach."""
         if self._edits.is_neutral or self._edit_table is None:
             return self._pages.warnings
-        limits = out_of_reach(self._plan, self._edits, self._edit_table.mean, self._geometry)
+        on = materials_on(self._geometry, self._edits.objects)
+        limits = out_of_reach(self._plan, self._edits, self._edit_table.mean, on)
         return (*self._pages.warnings, *limits)
 
     @property

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import fields
 from typing import Any
 
@@ -17,23 +17,25 @@ EDIT_NAME = "relume_edit"
 
 def read_surface_edits(depsgraph: Any) -> SurfaceEdits:
     """The edits that change anything, as an evaluated scene has them: animated ones too."""
+    materials = (block for block in bpy.data.materials if _may_have_edit(block))
+    objects = (obj for obj in bpy.data.objects if obj.type != "LIGHT" and _may_have_edit(obj))
     return SurfaceEdits(
-        materials=_edits((material.name_full, material) for material in _evaluated(depsgraph)),
-        objects=_edits(
-            (obj.name, obj.evaluated_get(depsgraph))
-            for obj in bpy.data.objects
-            if obj.type != "LIGHT"
-        ),
+        {block.name_full: edit for block, edit in _evaluated(materials, depsgraph)},
+        {obj.name: edit for obj, edit in _evaluated(objects, depsgraph)},
     )
 
 
-def _evaluated(depsgraph: Any) -> Iterable[Any]:
-    return [material.evaluated_get(depsgraph) for material in bpy.data.materials]
+def _may_have_edit(block: Any) -> bool:
+    """Whether a block keeps an edit, or a driver might make one: scenes have many that do not."""
+    kept = block.bl_system_properties_get()
+    return block.animation_data is not None or (kept is not None and EDIT_NAME in kept)
 
 
-def _edits(blocks: Iterable[tuple[str, Any]]) -> dict[str, SurfaceEdit]:
-    found = {name: surface_edit(block) for name, block in blocks}
-    return {name: edit for name, edit in found.items() if not edit.is_neutral}
+def _evaluated(blocks: Iterable[Any], depsgraph: Any) -> Iterator[tuple[Any, SurfaceEdit]]:
+    for block in blocks:
+        edit = surface_edit(block.evaluated_get(depsgraph))
+        if not edit.is_neutral:
+            yield block, edit
 
 
 def surface_edit(block: Any) -> SurfaceEdit:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields
 from typing import Any
 
@@ -118,6 +118,19 @@ class _EditPanel:
             draw_text(box, sentence, "INFO", characters)
 
 
+def _limits(
+    context: Any, edits: SurfaceEdits, materials_of: Mapping[str, Sequence[str]] | None = None
+) -> Iterator[str]:
+    """What the edits of one block do not reach, without its name."""
+    plan = read_cache_state(context.scene).plan
+    if plan is None:
+        return
+    for sentence in out_of_reach(plan, edits, materials_of=materials_of):
+        for name in (*edits.materials, *edits.objects):
+            text = sentence.split(f"'{name}': ", 1)[-1]
+            yield text[:1].upper() + text[1:]
+
+
 class RELUME_PT_material_edit(_EditPanel, bpy.types.Panel):
     """What is changed about a material while it is relit."""
 
@@ -129,19 +142,9 @@ class RELUME_PT_material_edit(_EditPanel, bpy.types.Panel):
         return context.engine == ENGINE and context.material is not None
 
     def draw(self, context: Any) -> None:
-        self.draw_edit(
-            context.material, "material", self._limits(context), characters_across(context)
-        )
-
-    def _limits(self, context: Any) -> Iterator[str]:
-        plan = read_cache_state(context.scene).plan
-        if plan is None:
-            return
-        name = context.material.name_full
-        edits = SurfaceEdits({name: surface_edit(context.material)})
-        for sentence in out_of_reach(plan, edits):
-            text = sentence.removeprefix(f"material '{name}': ")
-            yield text[:1].upper() + text[1:]
+        block = context.material
+        limits = _limits(context, SurfaceEdits({block.name_full: surface_edit(block)}))
+        self.draw_edit(block, "material", limits, characters_across(context))
 
 
 class RELUME_PT_object_edit(_EditPanel, bpy.types.Panel):
@@ -159,7 +162,10 @@ class RELUME_PT_object_edit(_EditPanel, bpy.types.Panel):
         )
 
     def draw(self, context: Any) -> None:
-        self.draw_edit(context.object, "object", iter(()), characters_across(context))
+        block = context.object
+        on = {block.name: [s.material.name_full for s in block.material_slots if s.material]}
+        limits = _limits(context, SurfaceEdits(objects={block.name: surface_edit(block)}), on)
+        self.draw_edit(block, "object", limits, characters_across(context))
 
 
 CLASSES = (

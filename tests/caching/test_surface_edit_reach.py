@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.caching.plan import ChannelPlan
-from addon.caching.surface_edit_reach import out_of_reach
+from addon.caching.surface_edit_reach import materials_on, out_of_reach
 from addon.scene.surface_edit import SurfaceEdit, SurfaceEdits
 from tests.synthetic import box, geometry_of
 
@@ -93,5 +93,7 @@ def test_an_object_is_limited_where_all_its_materials_are() -> None:
     materials = np.repeat([1, 4, 4, 0, 5, 5], half).astype(np.int32)
     geometry = replace(geometry, material_id=materials, material_names=(*NAMES, ""))
     edits = SurfaceEdits(objects={f"part {i}": SurfaceEdit(gain=2.0) for i in range(3)})
-    (sentence,) = out_of_reach(PLAN, edits, geometry=geometry)
+    materials_of = materials_on(geometry, edits.objects)
+    assert materials_of["part 0"] == {"Plastic", "Void"}
+    (sentence,) = out_of_reach(PLAN, edits, materials_of=materials_of)
     assert sentence.startswith("object 'part 0': gain and tint do nothing")

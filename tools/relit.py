@@ -153,7 +153,7 @@ def open_session(
     progress: Progress = silent,
     *,
     split_lobes: bool = False,
-    shadows: ShadowMethod = "map",
+    shadows: ShadowMethod = "auto",
 ) -> RelightSession:
     """A session on a scene's cache, with the scene's lights and world.
 

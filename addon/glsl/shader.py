@@ -263,6 +263,11 @@ def max_textures() -> int:
     return int(gpu.capabilities.max_textures_frag_get())
 
 
+def draws_in_software() -> bool:
+    """Whether what draws is no GPU but a program that stands for one."""
+    return str(gpu.platform.device_type_get()) == "SOFTWARE"
+
+
 def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:
     """A framebuffer over the given textures."""
     return gpu.types.GPUFrameBuffer(color_slots=tuple(color), depth_slot=depth)

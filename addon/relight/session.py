@@ -26,7 +26,7 @@ from ..corrmap.correspondence import Coverage
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..corrmap.tile_pages import CACHE_BUDGET
 from ..errors import InputError
-from ..glsl.shader import Texture, read_texture
+from ..glsl.shader import Texture, draws_in_software, read_texture
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
@@ -135,7 +135,9 @@ class RelightSession:
             geometry, framebuffers, store.plan, cache_budget=cache_budget, progress=progress
         )
         self._has_emission = store.plan.uses("emission")
-        self._shadow_settings = shadows or ShadowSettings()
+        self._shadow_settings = (shadows or ShadowSettings()).settled(
+            in_software=draws_in_software()
+        )
         self._drawing = LayerDrawing(
             self._sampler,
             self._shadow_settings,
@@ -252,6 +254,7 @@ class RelightSession:
 
     def set_shadows(self, shadows: ShadowSettings) -> None:
         """Find shadows another way, or with finer maps."""
+        shadows = shadows.settled(in_software=draws_in_software())
         if shadows == self._shadow_settings:
             return
         self._shadow_settings = shadows

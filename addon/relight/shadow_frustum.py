@@ -13,7 +13,7 @@ left of the steps.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -23,7 +23,7 @@ from ..scene.frame_across import frame_across
 from ..scene.light import Light
 from .light_sample import LightSample
 
-ShadowMethod = Literal["map", "traced"]
+ShadowMethod = Literal["auto", "map", "traced"]
 
 MAX_FACES = 12
 _COLUMNS = 3
@@ -71,8 +71,8 @@ class ShadowSettings:
     """How shadows are found, and how fine their maps are.
 
     Attributes:
-        method: "map" draws shadow maps, the fast way; "traced" traces a ray for each pixel, the
-            exact way.
+        method: "map" draws shadow maps, the fast way on a GPU; "traced" traces a ray for each
+            pixel, the exact way; "auto" the faster of both: see `settled`.
         mesh_method: the same for glowing objects, whose many points would each take a map.
         resolution: texels along the side of a sun's or spot's map.
         cube_resolution: texels along the side of each face of a point or area light's map.
@@ -83,9 +83,23 @@ class ShadowSettings:
     method: ShadowMethod = "map"
     mesh_method: ShadowMethod = "traced"
 
+    def settled(self, *, in_software: bool) -> ShadowSettings:
+        """The same without "auto": where there is no GPU, rays take a tenth of a map's time."""
+        return replace(
+            self,
+            method=_fastest(self.method, in_software=in_software),
+            mesh_method=_fastest(self.mesh_method, in_software=in_software),
+        )
+
     def traces(self, light: Light) -> bool:
         """Whether a light's shadows are traced."""
         return (self.mesh_method if light.type == "MESH" else self.method) == "traced"
+
+
+def _fastest(method: ShadowMethod, *, in_software: bool) -> ShadowMethod:
+    if method != "auto":
+        return method
+    return "traced" if in_software else "map"
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,8 @@ _BUDGET_ITEMS = (
     ),
 )
 _SHADOW_ITEMS = (
-    ("MAP", "Shadow Maps", "Fast: what each light sees is drawn, and looked up"),
+    ("AUTO", "Automatic", "Shadow maps where there is a GPU, else traced rays"),
+    ("MAP", "Shadow Maps", "Fast on a GPU: what each light sees is drawn, and looked up"),
     (
         "TRACED",
         "Ray Traced",
@@ -217,7 +218,7 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             name="Shadows",
             description="How shadows are found",
             items=_SHADOW_ITEMS,
-            default="MAP",
+            default="AUTO",
         ),
         "render_samples": bpy.props.IntProperty(
             name="Render Samples",

@@ -24,7 +24,11 @@ from .cache_state import note_staleness
 from .scene_changes import SceneChanges
 
 STALE_SURFACES = "shapes or materials changed after the bake: bake again"
-_SHADOWS = {"MAP": ShadowSettings(), "TRACED": ShadowSettings(method="traced")}
+_SHADOWS = {
+    "AUTO": ShadowSettings(method="auto"),
+    "MAP": ShadowSettings(),
+    "TRACED": ShadowSettings(method="traced"),
+}
 
 STALE_WORLD = "the world changed after the bake, and is shown as it was: bake again"
 

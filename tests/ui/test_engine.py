@@ -16,6 +16,7 @@ from addon.caching.frame_state import FrameState
 from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.relight.session import RelightSession
+from addon.relight.shadow_frustum import ShadowSettings
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.light_reader import read_lights
@@ -64,7 +65,9 @@ def session_picture(scene: Any) -> NDArray[np.float32]:
 
     geometry, lights, world, view = with_render_depsgraph(scene, read)
     store = CacheStore.open(Path(scene.relume.cache_folder))
-    session = RelightSession(geometry, store, scene.relume.render_samples)
+    session = RelightSession(
+        geometry, store, scene.relume.render_samples, ShadowSettings(method="auto")
+    )
     session.set_lights(lights)
     session.set_world(world)
     session.set_view(view)

@@ -30,10 +30,10 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--shadows",
-        choices=("map", "traced"),
-        default="map",
-        help="shadow maps, which are fast, or a traced ray for each pixel, which is exact "
-        "(default: %(default)s)",
+        choices=("auto", "map", "traced"),
+        default="auto",
+        help="shadow maps, which are fast on a GPU; a traced ray for each pixel, which is exact; "
+        "or whichever is faster here (default: %(default)s)",
     )
 
 

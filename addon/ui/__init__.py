@@ -23,6 +23,7 @@ from . import (
     surface_edit_watch,
     surface_panels,
     surface_properties,
+    visibility_panel,
     write_back_operators,
 )
 
@@ -39,6 +40,7 @@ _MODULES = (
     light_outlines,
     frame_panel,
     surface_panels,
+    visibility_panel,
     surface_edit_watch,
     camera_watch,
     light_nodes_watch,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from ..corrmap.geometry_buffer import GeometryBuffer
 from ..corrmap.pixel_filter import pixel_offsets
 from ..corrmap.surface_buffer import SurfaceBuffer
+from ..corrmap.surface_layout import SurfaceLayout
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..glsl.shader import read_texture
 from ..scene.frame_across import frame_across
@@ -71,6 +72,7 @@ class LayerDrawing:
         self._has_emission = has_emission
         self._light_pass = LightPass(self._tables, layout, split=split)
         self._background_pass = BackgroundPass()
+        self._layout: SurfaceLayout | None = None
         self.follow_layout()
         self.parts = lobe_parts(layout) if split else ()
 
@@ -79,6 +81,9 @@ class LayerDrawing:
     def follow_layout(self) -> None:
         """The surfaces may be laid out otherwise: shade them so."""
         layout = self._sampler.layout
+        if layout == self._layout:
+            return
+        self._layout = layout
         self._light_pass.set_layout(layout)
         self._environment = EnvironmentLight(self._tables, layout)
         self._emission_pass = EmissionPass(layout) if self._has_emission else None

@@ -128,9 +128,10 @@ def test_an_edit_is_no_reason_to_bake(extension: None) -> None:
     assert fingerprint() == before
 
 
-def test_f12_shows_an_edit_and_its_end(scene: Any) -> None:
+@pytest.mark.parametrize("has_world", [False, True])
+def test_f12_shows_an_edit_and_its_end(scene: Any, has_world: bool) -> None:
     baked(scene)
-    scene.world = None
+    scene.world = scene.world if has_world else None
     before = f12(scene)[..., :3]
     material().relume_edit.gain = 0.5
     after = f12(scene)[..., :3]

@@ -27,7 +27,7 @@ from .mesh_lights import POINTS
 from .shadow import Shadow
 from .shadow_cache import ShadowCache
 from .shadow_frustum import ShadowSettings
-from .shadow_light import shadow_light
+from .shadow_light import shadow_light, shining_everywhere
 from .shadow_pass import ShadowMap, ShadowPass
 from .surface_pass import EmissionPass
 from .traced_shadow import TracedShadowPass
@@ -127,10 +127,12 @@ class LayerDrawing:
             sample = self._light_sample(light, j, count * points)
             shadow: Shadow | None = None
             if light.use_shadow:
-                caster = shadow_light(light, everywhere=self._settings.traces(light))
+                caster = shadow_light(light)
                 point = sample
                 if caster is not light:
                     point = self._light_sample(caster, j, count * points, moved=True)
+                    if self._settings.traces(light):
+                        caster = shining_everywhere(caster)
                 shadow = self._shadow(surface, caster, point, stride)
             self._light_pass.draw(
                 surface,

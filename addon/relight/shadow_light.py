@@ -12,16 +12,12 @@ from ..scene.light import Light
 from ..scene.light_controls import NEUTRAL
 
 
-def shadow_light(light: Light, *, everywhere: bool = False) -> Light:
+def shadow_light(light: Light) -> Light:
     """The light whose points shadows are looked up for; the light itself where nothing is cheated.
 
     Its samples are those of `light_sample`, by the same numbers as the light's own, so that a
     penumbra and the highlight beside it are made of points that belong together. It has no
-    filters, and where it is moved no cone: what the light shows lies in other directions there.
-
-    Args:
-        light: the light.
-        everywhere: whether a softer or harder one has no cone either.
+    filters, and a spot that is moved no cone: what it lights lies in other directions there.
     """
     shadow = light.controls.shadow
     offset = np.array(shadow.offset, dtype=np.float64)
@@ -37,10 +33,8 @@ def shadow_light(light: Light, *, everywhere: bool = False) -> Light:
             world_from_light[:3, :2] = frame_across(toward / length).T
     else:
         world_from_light[:3, 3] += offset
-    if everywhere or offset.any():
-        light = replace(light, spot_size=2.0 * np.pi, spot_blend=0.0, spread=float(np.pi))
     return replace(
-        light,
+        shining_everywhere(light) if light.type == "SPOT" and offset.any() else light,
         world_from_light=world_from_light,
         shadow_soft_size=light.shadow_soft_size * extent,
         angle=min(light.angle * extent, float(np.pi)),
@@ -48,3 +42,12 @@ def shadow_light(light: Light, *, everywhere: bool = False) -> Light:
         size_y=light.size_y * extent,
         controls=replace(NEUTRAL, shadow=shadow),
     )
+
+
+def shining_everywhere(light: Light) -> Light:
+    """The same without a cone or a dark back, for one point of it that shadow rays go to."""
+    if light.type == "SPOT":
+        return replace(light, spot_size=2.0 * np.pi, spot_blend=0.0)
+    if light.type == "AREA":
+        return replace(light, type="POINT", shadow_soft_size=0.0)
+    return light

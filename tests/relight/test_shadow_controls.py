@@ -157,7 +157,7 @@ def layer(session: Any, light: Light) -> NDArray[np.float32]:
 
 @pytest.mark.parametrize(
     ("kind", "method"),
-    [*((kind, "map") for kind in LIGHTS), ("SPOT", "traced"), ("SUN", "traced")],
+    [*((kind, "map") for kind in LIGHTS), *((kind, "traced") for kind in LIGHTS)],
 )
 def test_shadows_move_alone(room: Any, kind: str, method: Any) -> None:
     """Where a moved shadow lies is where it lies of a light that is moved."""
@@ -199,3 +199,20 @@ def test_softness_is_of_the_shadow_alone(room: Any) -> None:
     full = seen & (shares[0] > 0.999)
     # The eight points are of eight of the soft shadow's, that may all just miss a corner.
     assert (np.abs(shares[1][full] - 1.0) < 1e-3).mean() > 0.995
+
+
+@pytest.mark.parametrize("kind", LIGHTS)
+@pytest.mark.parametrize("method", ["map", "traced"])
+def test_extremes_are_finite(room: Any, kind: str, method: Any) -> None:
+    session = open_session(room, 1)
+    session.set_shadows(ShadowSettings(method=method))
+    for shadow in (
+        ShadowControls(softness=1e3),
+        ShadowControls(softness=0.0, offset=(1e6, 0.0, 1e6)),
+        ShadowControls(offset=(1e-7, 0.0, 0.0)),
+        ShadowControls(color=(1e6, 0.0, 1e-9), density=0.5),
+    ):
+        lit = layer(session, light_of(kind, shadow))
+        assert np.isfinite(lit).all()
+        assert (lit >= 0.0).all()
+        assert lit.any()

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import atexit
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, ClassVar, Literal, cast
 
 import gpu
 import numpy as np
@@ -82,16 +83,53 @@ class PassShader:
         with Blender 5.2's OpenGL back end, where a shader was freed before the batches that it
         had drawn, batches made in between were now and then drawn blank.
         """
-        return _program(self)
+        known = _programs.get(self)
+        if known is None:
+            _announce(self)
+            known = _programs[self] = ShaderProgram(self)
+        return known
 
 
-@cache
-def _program(description: PassShader) -> ShaderProgram:
-    return ShaderProgram(description)
-
+_programs: dict[PassShader, ShaderProgram] = {}
 
 # Before Blender takes its GPU context down.
-atexit.register(_program.cache_clear)
+atexit.register(_programs.clear)
+
+
+class UncompiledError(Exception):
+    """A shader is about to be compiled, which may take a second: somebody wants to say so first.
+
+    Attributes:
+        name: of the shader.
+    """
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.name = name
+
+
+class _Announcements:
+    """Which shaders were announced already, while somebody listens."""
+
+    wanted = False
+    made: ClassVar[set[PassShader]] = set()
+
+
+@contextmanager
+def announced_compilation() -> Iterator[None]:
+    """Inside, `PassShader.build` raises `UncompiledError` once for each shader that it has not
+    compiled, and compiles it when it is asked again."""
+    _Announcements.wanted = True
+    try:
+        yield
+    finally:
+        _Announcements.wanted = False
+
+
+def _announce(description: PassShader) -> None:
+    if _Announcements.wanted and description not in _Announcements.made:
+        _Announcements.made.add(description)
+        raise UncompiledError(description.name)
 
 
 class ShaderProgram:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -26,7 +27,13 @@ from ..corrmap.correspondence import Coverage
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..corrmap.tile_pages import CACHE_BUDGET
 from ..errors import InputError
-from ..glsl.shader import Texture, draws_in_software, read_texture
+from ..glsl.shader import (
+    Texture,
+    UncompiledError,
+    announced_compilation,
+    draws_in_software,
+    read_texture,
+)
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
@@ -101,6 +108,9 @@ class Picture:
 class RelightSession:
     """Relights one scene from one cache. Needs a GPU context for its whole life.
 
+    Attributes:
+        compiling: the name of the shader that the next step compiles first; "" for none.
+
     Args:
         geometry: the scene's triangles.
         store: its cache, with at least one finished camera.
@@ -161,6 +171,7 @@ class RelightSession:
         self._preview = self._stack(1)
         self._refined = self._stack(samples)
         self._preview_s = 0.0
+        self.compiling = ""
 
     # What changed -------------------------------------------------------------------------
 
@@ -281,12 +292,25 @@ class RelightSession:
         shown = [self._shown(name) for name in self._wanted()]
         return 0 if None in shown else max(each[0].stride for each in shown if each is not None)
 
-    def step(self) -> bool:
+    def step(self, *, announce: bool = False) -> bool:
         """Do the next bit of work toward a finished picture; False when there is none.
 
         A bit is one sample of one layer, the edited light's first, so that a new edit waits for
         no more than that.
+
+        Args:
+            announce: where a shader has to be compiled, which may take a second, do nothing but
+                set `compiling`, once; the next step compiles it.
         """
+        self.compiling = ""
+        with announced_compilation() if announce else nullcontext():
+            try:
+                return self._step()
+            except UncompiledError as uncompiled:
+                self.compiling = uncompiled.name
+                return True
+
+    def _step(self) -> bool:
         self._require_layers()
         for stack in (self._coarse, self._preview, self._refined):
             start = time.perf_counter()
@@ -508,6 +532,14 @@ class RelightSession:
         """What draws the samples of a stack's layers."""
 
         def draw(name: str, layer: LightLayer, k: int) -> None:
+            try:
+                add_sample(name, layer, k)
+            except UncompiledError:
+                # Some of the sample may be in it.
+                stack.drop(name)
+                raise
+
+        def add_sample(name: str, layer: LightLayer, k: int) -> None:
             light = self._light_of_layer.get(name)
             if light is not None:
                 self._drawing.light(self._lights[light], layer, k, stack.count, stack.stride)

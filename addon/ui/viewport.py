@@ -122,7 +122,9 @@ class Viewport:
         start = time.perf_counter()
         unfinished = True
         while unfinished and time.perf_counter() - start < BUSY_S:
-            unfinished = opened.session.step()
+            unfinished = opened.session.step(announce=True)
+            if opened.session.compiling:
+                break
         self._texture = opened.session.draw_combined()
         shown_graph.show(opened.session.graph)
         return unfinished
@@ -134,6 +136,8 @@ class Viewport:
             self._unbaked_view = view
 
     def _status(self, opened: SceneSession, target: int) -> str:
+        if opened.session.compiling:
+            return f"compiling the shader {opened.session.compiling}"
         return f"sample {opened.session.samples_done}/{target}, {opened.describe()}"
 
     def _show(self, engine: bpy.types.RenderEngine, scene: Any, view: View) -> None:

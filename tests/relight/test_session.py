@@ -525,3 +525,26 @@ def test_extreme_energies_stay_in_proportion(gpu_context: None, room: Any, energ
     lit = unit > 0.0
     # Products of a few float32 factors.
     assert np.abs(layer[lit] / (energy * unit[lit]) - 1.0).max() < 1e-5
+
+
+def test_a_shader_is_announced_before_it_is_compiled(gpu_context: None, room: Any) -> None:
+    from addon.glsl import shader
+
+    session = open_session(room, samples=2)
+    lamp = point_light("A", (1, 1, 1.5))
+    session.set_lights([lamp])
+    expected = session.render().combined
+    # As if nothing had been compiled for lights yet.
+    session._drawing._light_pass._programs.clear()
+    lights = [each for each in shader._programs if each.name.startswith("light_")]
+    kept = {each: shader._programs.pop(each) for each in lights}
+    shader._Announcements.made.difference_update(lights)
+    session._touch("A: shape")
+    said = []
+    while session.step(announce=True):
+        said.append(session.compiling)
+    assert [name for name in said if name] == ["light_point"]
+    assert said[0] == "light_point"
+    # What was announced was drawn afterwards, and nothing twice.
+    assert np.array_equal(session.render().combined, expected)
+    shader._programs.update(kept)

@@ -93,6 +93,7 @@ class _Ray:
         right, up, back = frustum.face_from_world[face]
         across = ((texel + 0.5) / frustum.resolution * 2.0 - 1.0) * frustum.half_extents[face]
         place = across[:, :1] * right + across[:, 1:] * up
+        self.parallel = frustum.parallel
         if frustum.parallel:
             self.direction, self.start = np.broadcast_to(-back, place.shape), place
         else:
@@ -100,10 +101,15 @@ class _Ray:
             self.direction, self.start = (place - back) / length, np.zeros_like(place)
 
     def reaches(self, stored: Array, receiver: Array, Ng: Array, slack: Array) -> Array:
-        """1 where nothing is stored before the receiver's plane, else 0."""
+        """1 where nothing is stored before the receiver's plane, or before the receiver if that is
+        nearer, else 0."""
         facing = dot(Ng, self.direction)
-        toward = facing < 0.0
-        facing = np.where(toward, facing, -1.0)
-        plane = dot(Ng, receiver - self.start) / facing
-        tolerance = _ROUNDING * (plane + np.linalg.norm(receiver, axis=1) / -facing)
-        return (toward & (stored >= plane - tolerance - slack)).astype(np.float64)
+        reach = dot(Ng, receiver - self.start)
+        faces_light = facing < 0.0 if self.parallel else reach < 0.0
+        size = np.linalg.norm(receiver, axis=1)
+        along = dot(receiver, self.direction) if self.parallel else size
+        with np.errstate(divide="ignore", invalid="ignore"):
+            plane = reach / facing
+            plane = plane - _ROUNDING * (plane + size / -facing)
+        limit = np.where(facing < 0.0, np.fmin(plane, along), along)
+        return (faces_light & (stored >= limit - slack)).astype(np.float64)

@@ -121,7 +121,7 @@ def test_edge_of_a_square(name: str, far_away: tuple[float, float, float]) -> No
 
 
 @pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA", "SUN"])
-@pytest.mark.parametrize("tilt", [0.0, 60.0, 89.0])
+@pytest.mark.parametrize("tilt", [0.0, 60.0, 89.0, 89.999])
 def test_nothing_shadows_a_plane(kind: str, tilt: float) -> None:
     """No acne: a lone plane is wholly lit up to grazing incidence, far from the origin too."""
     angle = np.radians(tilt)
@@ -139,6 +139,20 @@ def test_nothing_shadows_a_plane(kind: str, tilt: float) -> None:
     result = lit(geometry, light, surface)
     unlit = light_twin.incidence(surface, light, light_sample(light, 0, 1))[1] <= 0.0
     assert (result.visibility[~unlit] == 1.0).all()
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA"])
+def test_a_wall_behind_does_not_shadow_a_floor(kind: str) -> None:
+    """Over a floor at grazing incidence a texel's ray passes just above it and meets a wall far
+    behind: that is before where the ray meets the floor, but does not hide the floor here."""
+    wall = np.array([[-5.0, -4.0, 0.0], [-5.0, 4.0, 0.0], [-5.0, 4.0, 3.0], [-5.0, -4.0, 3.0]])
+    geometry = geometry_of([square(5.0, 0.0), (wall, SQUARE)])
+    light = light_at(kind, (4.0, 0.0, 0.01), (0.0, 0.0, 0.0), spot_size=1.2)
+    xs, ys = np.linspace(-4.5, 1.0, 60), np.linspace(-0.5, 0.5, 9)
+    surface = surfaces(floor_points(xs, ys), np.array([0.0, 0.0, 1.0]))
+    result = lit(geometry, light, surface)
+    reached = light_twin.incidence(surface, light, light_sample(light, 0, 1))[1] > 0.0
+    assert (result.visibility[reached] == 1.0).all()
 
 
 def test_contact_is_shadowed() -> None:

@@ -3,8 +3,10 @@
  * to what the light's point sees through each texel's centre.
  *
  * The stored distance is compared with where the same ray meets the receiver's own tangent
- * plane, not with the receiver's distance: on a flat receiver both agree to the float's last
- * digits whatever the slope, so no slope-dependent bias is needed. */
+ * plane: on a flat receiver both agree to the float's last digits whatever the slope, so no
+ * slope-dependent bias is needed. Where that is beyond the receiver itself, as far as the receiver
+ * will do: what lies behind it does not hide it. A grazing texel's ray may meet the plane far
+ * away, or never. */
 
 /* Rounding: the light's place, the receiver and the interpolated position carry a few float32
  * spacings (6e-8) of their size; at grazing incidence the plane's distance magnifies them. */
@@ -34,26 +36,34 @@ float texel_visibility(int face, ivec2 texel, vec3 receiver, vec3 Ng, float slac
   float stored = texelFetch(shadow_map, cell + inside, 0).r;
   float reach;
   float facing;
+  float along;
   if (shadow.parallel > 0.5) {
     vec2 ndc = (vec2(inside) + vec2(0.5)) / shadow.resolution * 2.0 - vec2(1.0);
     vec2 across = ndc * face_extent(face);
     vec3 start = across.x * shadow.right[face].xyz + across.y * shadow.up[face].xyz;
     facing = -dot(Ng, shadow.back[face].xyz);
     reach = dot(Ng, receiver - start);
+    along = -dot(shadow.back[face].xyz, receiver);
+    if (facing >= 0.0) {
+      return 0.0; /* the plane looks away from the light */
+    }
   }
   else {
     vec3 ray = normalize(texel_ray(face, vec2(inside)));
     facing = dot(Ng, ray);
     reach = dot(Ng, receiver);
-  }
-  /* Both are negative where the plane faces the light. A ray that runs along the plane or away
-   * from it never reaches it: whatever is stored lies before. */
-  if (facing >= 0.0) {
-    return 0.0;
+    along = length(receiver);
+    if (reach >= 0.0) {
+      return 0.0;
+    }
+    if (facing >= 0.0) {
+      /* The ray runs along the plane or away from it. */
+      return stored >= along - slack ? 1.0 : 0.0;
+    }
   }
   float plane = reach / facing;
   float tolerance = ROUNDING * (plane + length(receiver) / -facing);
-  return stored >= plane - tolerance - slack ? 1.0 : 0.0;
+  return stored >= min(plane - tolerance, along) - slack ? 1.0 : 0.0;
 }
 
 /* The share of the 2x2 texels around the receiver that see it. Outside the map: lit. */

@@ -202,6 +202,7 @@ def render_reference(
         first_seed: where the seeds begin; references that are to be joined need others.
     """
     scene.camera = camera
+    write_controls(scene)
     half = max(1, samples // 2)
     groups = [group for group in light_groups() if known is None or set(group) & set(changed)]
     renders = ([()] if known is None else []) + groups
@@ -227,6 +228,27 @@ def render_reference(
     progress(1.0, f"Cycles, {camera.name}: rendered")
     pixel, perspective = _pixel_size(camera)
     return Reference(base, layers, depth, objects, pixel, perspective)
+
+
+def write_controls(scene: Any) -> None:
+    """Have Cycles show the lights' controls too, as far as it can.
+
+    Raises:
+        InputError: a light's nodes have no place for them.
+    """
+    from addon.scene.depsgraph_reader import viewport_depsgraph
+    from addon.scene.light_controls_reader import read_controls
+    from addon.ui import write_back
+
+    depsgraph = viewport_depsgraph(scene)
+    lights = {o.data.name_full: o.data for o in scene.objects if o.type == "LIGHT"}
+    shown = [
+        (data, read_controls(depsgraph, data.evaluated_get(depsgraph), []))
+        for data in lights.values()
+    ]
+    for data, controls in shown:
+        if not write_back.is_current(data, controls):
+            write_back.write(data, controls)
 
 
 def light_groups() -> list[tuple[str, ...]]:

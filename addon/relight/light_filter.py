@@ -8,7 +8,7 @@ in the uniform block `filters` and its textures.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -30,6 +30,7 @@ class LightFilter:
         fields: its fields in the block `filters`, with its name and "_" in front.
         values: their values.
         samplers, textures: what it reads, by names that begin likewise.
+        by_count: gives further values, for the number of samples that the light has in all.
         library: files under addon/glsl/lib/ that its own needs, in order of dependence.
     """
 
@@ -39,6 +40,7 @@ class LightFilter:
     samplers: Samplers = ()
     textures: Mapping[str, Any] = field(default_factory=dict)
     library: tuple[str, ...] = ()
+    by_count: Callable[[int], Mapping[str, Any]] | None = None
 
 
 @dataclass(frozen=True)
@@ -98,9 +100,12 @@ def filter_glsl(used: FilterKinds) -> str:
 
 
 def filter_uniforms(
-    light: Light, filters: Sequence[LightFilter], local_origin: NDArray[np.float64]
+    light: Light, filters: Sequence[LightFilter], local_origin: NDArray[np.float64], count: int
 ) -> dict[str, Any]:
-    """The values of `filter_block` for surfaces in the space around `local_origin`."""
+    """The values of `filter_block` for surfaces in the space around `local_origin`.
+
+    `count` is of how many of the light's samples this is one.
+    """
     axes = np.zeros((3, 4))
     axes[:, :3] = light.axes
     values: dict[str, Any] = {
@@ -111,4 +116,6 @@ def filter_uniforms(
     }
     for each in filters:
         values.update(each.values)
+        if each.by_count is not None:
+            values.update(each.by_count(count))
     return values

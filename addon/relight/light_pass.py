@@ -137,7 +137,7 @@ class LightPass:
         if filters:
             for each in filters:
                 textures.update(each.textures)
-            uniforms["filters"] = filter_uniforms(light, filters, surface.origin)
+            uniforms["filters"] = filter_uniforms(light, filters, surface.origin, sample.count)
         if objects is not None:
             textures |= object_textures(surface, objects)
         if shadow is not None:

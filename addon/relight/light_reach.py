@@ -72,7 +72,7 @@ class ReachPass:
         if filters:
             for each in filters:
                 textures.update(each.textures)
-            uniforms["filters"] = filter_uniforms(light, filters, surface.origin)
+            uniforms["filters"] = filter_uniforms(light, filters, surface.origin, sample.count)
         if objects is not None:
             textures |= object_textures(surface, objects)
         reach = texture_2d(-(-surface.width // stride), -(-surface.height // stride))

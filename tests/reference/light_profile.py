@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from addon.relight.light_sample import light_sample
 from addon.scene.light import Light
 
 Array = NDArray[np.float64]
@@ -38,14 +39,19 @@ def over_area(light: Light, sampled: Array, count: int) -> Array:
     assert light.profile is not None
     assert light.profile.over_area is not None
     pixels = light.profile.over_area.astype(np.float64)
-    # Of the light's sides, what one sample stands for; three are taken for one.
-    width = 1.0 if count in (1, 3) else 1.0 / np.sqrt(count)
-    while len(pixels) > 1 and len(pixels) * width >= 2.0:
+    mean = pixels.mean(axis=(0, 1))
+    # Of the light's sides, what one sample stands for.
+    while len(pixels) > 1 and len(pixels) / np.sqrt(count) >= 2.0:
         half = len(pixels) // 2
         pixels = pixels.reshape(half, 2, half, 2, 3).mean(axis=(1, 3))
-    from_centre = sampled - light.position
-    uv = [0.5 + from_centre @ side / (side @ side) for side in light.extents]
-    return _bilinear(pixels, np.array(uv), around=False)
+
+    def at(place: Array) -> Array:
+        from_centre = place - light.position
+        uv = [0.5 + from_centre @ side / (side @ side) for side in light.extents]
+        return _bilinear(pixels, np.array(uv), around=False)
+
+    seen = np.mean([at(light_sample(light, k, count).position) for k in range(count)], axis=0)
+    return at(sampled) * np.clip(mean / seen, 0.5, 2.0)
 
 
 def _bilinear(pixels: NDArray[Any], uv: Array, around: bool) -> Array:

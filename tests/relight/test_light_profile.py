@@ -86,3 +86,16 @@ def test_places_of_an_area_light_are_their_twin(count: int) -> None:
         want = plain * over_area_of(replace(light, profile=own), sample.position, count)
         assert (plain > 0.0).all()
         np.testing.assert_allclose(got, want, rtol=1e-4)
+
+
+def test_profiles_compile_for_traced_shadows() -> None:
+    """The pass that sends rays asks the same filters, with less around them."""
+    from addon.relight.light_reach import ReachPass
+
+    lit = np.array([[[0.0, 0.0, -1.0]]])
+    surface = surfaces(lit, np.array([[[0.0, 0.0, 1.0]]]), eye=(0.0, 0.0, 0.0))
+    for own in (*PROFILES.values(), LightProfile(PIXELS, over_area=np.ones((2, 2, 3), "f4"))):
+        kind: Any = "POINT" if own.over_area is None else "AREA"
+        light = Light("l", kind, np.eye(4), 1.0, np.ones(3), profile=own)
+        reach = ReachPass().draw(surface.upload(), light, light_sample(light, 0, 1))
+        np.testing.assert_allclose(reach[0, 0], (0.0, 0.0, 1.0, 1.0), atol=1e-6)

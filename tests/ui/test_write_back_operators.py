@@ -149,3 +149,19 @@ def test_the_panel_says_what_cycles_lacks(light: Any) -> None:
 
     light.data.relume.shadow.softness = 2.0
     assert not_in_cycles("POINT", shown(light)) == ("shadow softness",)
+
+
+def test_references_show_the_controls(light: Any) -> None:
+    """What `relume evaluate` compares with; edits of controls are followed."""
+    from tools.reference import write_controls
+
+    plain: Any = bpy.data.objects.new("Plain", bpy.data.lights.new("Plain", "POINT"))
+    bpy.context.collection.objects.link(plain)
+    for width in (0.2, 0.3):
+        light.data.relume.barn_doors.width = width
+        write_controls(bpy.context.scene)
+        assert current(light)
+    assert not write_back.is_written(plain.data)
+    light.data.relume.barn_doors.use = False
+    write_controls(bpy.context.scene)
+    assert not write_back.is_written(light.data)

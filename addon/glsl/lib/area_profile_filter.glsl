@@ -25,16 +25,15 @@ vec3 area_profile_filter(vec3 q)
   vec3 s = vec3(dot(filters.light_x.xyz, sampled),
                 dot(filters.light_y.xyz, sampled),
                 dot(filters.light_z.xyz, sampled));
-  vec2 uv = vec2(dot(filters.profile_u.xyz, s), dot(filters.profile_v.xyz, s)) + vec2(0.5);
-  /* The mean over what one of n samples stands for. Cells overlap threefold, but for that of a
-   * single one; three are taken for one, which is as good. */
-  float share = light.cell * PI / filters.profile_area;
-  float width = abs(share - 1.0) < 0.01 ? 1.0 : sqrt(share / 3.0);
+  vec2 uv = vec2(dot(filters.area_profile_u.xyz, s), dot(filters.area_profile_v.xyz, s)) + vec2(0.5);
+  /* The level whose texels are about what one sample stands for; and as samples are not spread
+   * evenly, what brings their mean to the picture's. */
+  int level = int(filters.area_profile_level + 0.5);
   int side = textureSize(profile_over_area, 0).x;
   int row = 0;
-  while (side > 1 && float(side) * width >= 2.0) {
+  for (int i = 0; i < level; i++) {
     row += side;
     side /= 2;
   }
-  return area_level(uv, side, row) * profile_filter(q);
+  return filters.area_profile_evened.rgb * area_level(uv, side, row) * profile_filter(q);
 }

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What a light's own nodes emit by direction: addon/relight/profile.py, `LightProfile`. */
 
+const float PROFILE_TURN = 6.28318530717958647692;
+
 /* One all around comes again at its sides; others, and its poles, end. */
 vec3 profile_texel(ivec2 texel, ivec2 size)
 {
@@ -22,8 +24,8 @@ vec3 profile_color(vec3 d)
   }
   else {
     bool pole = d.x == 0.0 && d.z == 0.0;
-    uv.x = 0.5 + (pole ? 0.0 : atan(d.x, -d.z)) / (2.0 * PI);
-    uv.y = 0.5 + asin(clamp(d.y, -1.0, 1.0)) / PI;
+    uv.x = 0.5 + (pole ? 0.0 : atan(d.x, -d.z)) / PROFILE_TURN;
+    uv.y = 0.5 + asin(clamp(d.y, -1.0, 1.0)) / (0.5 * PROFILE_TURN);
   }
   ivec2 size = textureSize(profile_picture, 0);
   vec2 at = uv * vec2(size) - vec2(0.5);

@@ -16,7 +16,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,48 +61,15 @@ from .frame_passes import (
 from .glowing_objects import GlowingObjects
 from .layer_drawing import LayerDrawing
 from .layer_stack import LayerStack, LightLayer
+from .layer_stages import LayerStages
 from .light_edit import changed_parts, layer_scale
 from .light_mix import LightMix, MixPart
+from .picture import Picture
 from .shadow_frustum import ShadowSettings
 from .world_pass import WorldTextures
 
 if TYPE_CHECKING:
     from ..caching.store import CacheStore
-
-# A running mean replaces the centred preview once it has this many samples: fewer would jump
-# between single hard shadows.
-_STEADY_SAMPLES = 4
-
-# Where a layer's preview took longer than this, seconds, a coarse one is shown before it.
-_COARSE_ABOVE_S = 0.04
-
-# View pixels along the side of a coarse layer's pixel: a sixteenth of the work.
-COARSE_STRIDE = 4
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A relit view, scene-linear Rec.709, row 0 at the bottom.
-
-    Attributes:
-        combined: (H, W, 4) float32, alpha 0 where a transparent film shows through.
-        layers: (H, W, 3) float32 by light name; WORLD_LAYER and EMISSION_LAYER beside them, with
-            " (scene)" behind where a light has that name.
-        correspondence: (H, W, 4) float32: camera number or -1, u, v, score.
-        coverage: what the cache did not show.
-        samples: samples in the mean.
-        lobes: of a session that splits lobes, for each light's layer (H, W, 3) float32 by the
-            kind of lobe; they add up to the layer.
-        glowing: the layers that are the light of glowing objects.
-    """
-
-    combined: NDArray[np.float32]
-    layers: Mapping[str, NDArray[np.float32]]
-    correspondence: NDArray[np.float32]
-    coverage: Coverage
-    samples: int
-    lobes: Mapping[str, Mapping[str, NDArray[np.float32]]] = field(default_factory=dict)
-    glowing: tuple[str, ...] = ()
 
 
 class RelightSession:
@@ -167,10 +134,7 @@ class RelightSession:
         self._graph = FrameGraph(frame_passes((), has_emission=self._has_emission))
         self._mix = LightMix()
         self._fence = Fence()
-        self._coarse = self._stack(1, COARSE_STRIDE)
-        self._preview = self._stack(1)
-        self._refined = self._stack(samples)
-        self._preview_s = 0.0
+        self._stages = LayerStages(samples, self._textures_of)
         self.compiling = ""
 
     # What changed -------------------------------------------------------------------------
@@ -259,8 +223,8 @@ class RelightSession:
 
     def set_samples(self, samples: int) -> None:
         """Samples of a finished picture; what was drawn for another number is dropped."""
-        if samples != self._refined.count:
-            self._refined = self._stack(samples)
+        if samples != self._stages.count:
+            self._stages.set_count(samples)
             self._graph.touch(SAMPLES)
 
     def set_shadows(self, shadows: ShadowSettings) -> None:
@@ -281,16 +245,16 @@ class RelightSession:
     def samples_done(self) -> int:
         """Samples of the refined picture that every layer has."""
         self._require_layers()
-        done = self._refined.next_sample(self._wanted())
-        return self._refined.count if done is None else done
+        done = self._stages.next_sample(self._wanted())
+        return self._stages.count if done is None else done
 
     @property
     def shown_stride(self) -> int:
         """View pixels along the side of a pixel of the coarsest layer that is shown; 0 while some
         layer has nothing to show yet."""
         self._require_layers()
-        shown = [self._shown(name) for name in self._wanted()]
-        return 0 if None in shown else max(each[0].stride for each in shown if each is not None)
+        shown = [self._stages.shown(name) for name in self._wanted()]
+        return 0 if None in shown else max(s.stack.stride for s in shown if s is not None)
 
     def step(self, *, announce: bool = False) -> bool:
         """Do the next bit of work toward a finished picture; False when there is none.
@@ -312,20 +276,18 @@ class RelightSession:
 
     def _step(self) -> bool:
         self._require_layers()
-        for stack in (self._coarse, self._preview, self._refined):
-            start = time.perf_counter()
-            name = stack.advance(self._wanted(), self._drawer(stack), self._edited)
-            if name is None:
-                continue
-            self._fence.wait(stack[name].textures[0])
-            took = time.perf_counter() - start
-            if stack is self._preview:
-                # A pass's first time is that of its shader's compilation.
-                known = self._graph.seconds(name) is not None
-                self._preview_s = took if known else self._preview_s
-            self._graph.ran(name, took, last=stack is self._refined and self._is_complete(name))
-            return True
-        return False
+        start = time.perf_counter()
+        drawn = self._stages.advance(self._wanted(), self._drawer, self._edited)
+        if drawn is None:
+            return False
+        name, staged = drawn
+        self._fence.wait(staged.layer.textures[0])
+        took = time.perf_counter() - start
+        # A pass's first time is that of its shader's compilation.
+        if self._stages.is_preview(staged) and self._graph.seconds(name) is not None:
+            self._stages.preview_s = took
+        self._graph.ran(name, took, last=self._stages.finished(name))
+        return True
 
     def render(self, progress: Progress = silent) -> Picture:
         """All samples of the current view.
@@ -335,12 +297,12 @@ class RelightSession:
             Cancelled: raised by `progress`; what was drawn is kept.
         """
         self._require_layers()
-        names, count = self._wanted(), self._refined.count
-        while (k := self._refined.next_sample(names)) is not None:
-            done = sum(self._refined[name].samples for name in names)
+        names, count = self._wanted(), self._stages.count
+        while (k := self._stages.next_sample(names)) is not None:
+            done = sum(self._stages.samples(name) for name in names)
             progress(done / (count * len(names)), f"Sample {k + 1} of {count}")
-            drawn = self._refined.advance(names, self._drawer(self._refined))
-            if drawn is not None and self._is_complete(drawn):
+            drawn = self._stages.refine(names, self._drawer)
+            if drawn is not None and self._stages.finished(drawn):
                 self._graph.clean(drawn)
         progress(1.0, f"{count} samples")
         layers = {name: self._read_layer(name) for name in self._audible()}
@@ -421,30 +383,16 @@ class RelightSession:
         for name in self._lights:
             if shadow_pass(name) in dirty:
                 self._drawing.forget_shadows(name)
-        for stack in (self._coarse, self._preview, self._refined):
-            for name in dirty:
-                stack.drop(name)
+        self._stages.drop(dirty)
 
-    def _stack(self, samples: int, stride: int = 1) -> LayerStack:
-        split = len(self._drawing.parts)
-
-        def parts(layer: str) -> int:
-            return split if split and layer in self._light_of_layer else 1
-
-        return LayerStack(samples, stride, parts)
-
-    def _is_complete(self, name: str) -> bool:
-        return self._refined[name].samples == self._refined.count
+    def _textures_of(self, layer: str) -> int:
+        """How many textures a layer has."""
+        return max(len(self._drawing.parts), 1) if layer in self._light_of_layer else 1
 
     def _required_view(self) -> View:
         if self._view is None:
             raise RuntimeError("set a view before drawing")
         return self._view
-
-    @property
-    def _steady_samples(self) -> int:
-        """From how many samples on a layer's mean is shown instead of its preview."""
-        return min(_STEADY_SAMPLES, self._refined.count)
 
     def _layer_names(self) -> list[str]:
         # The world's layer is always there: it holds the picture's alpha.
@@ -469,41 +417,23 @@ class RelightSession:
         return list(dict.fromkeys([*self._audible(), WORLD_LAYER]))
 
     def _require_layers(self) -> None:
-        """Make the layers exist that are wanted: rough ones only where nothing better is."""
         view = self._required_view()
-        size = (view.width, view.height)
-        names = self._layer_names()
-        self._refined.require(names, *size)
-        rough = [n for n in names if self._refined[n].samples < self._steady_samples]
-        self._preview.require(rough, *size)
-        coarse = [n for n in rough if self._preview[n].samples == 0]
-        self._coarse.require(coarse if self._preview_s > _COARSE_ABOVE_S else [], *size)
-
-    def _shown(self, name: str) -> tuple[LayerStack, LightLayer] | None:
-        """The best that there is of a layer."""
-        refined = self._refined.get(name)
-        if refined is not None and refined.samples >= self._steady_samples:
-            return self._refined, refined
-        for stack in (self._preview, self._refined, self._coarse):
-            layer = stack.get(name)
-            if layer is not None and layer.samples:
-                return stack, layer
-        return None
+        self._stages.require(self._layer_names(), view.width, view.height)
 
     def _draw_mix(self, *, keep: bool) -> Texture:
         view = self._required_view()
         parts = {}
         audible = self._audible()
         for name in self._wanted():
-            shown = self._shown(name)
+            shown = self._stages.shown(name)
             if shown is not None:
-                stack, layer = shown
+                layer = shown.layer
                 scale = self._scale(name) if name in audible else np.zeros(3)
                 red, green, blue = (float(v) for v in scale / layer.samples)
                 parts[name] = MixPart(
                     layer.textures,
                     (red, green, blue, 1.0 / layer.samples),
-                    stack.stride,
+                    shown.stack.stride,
                     (layer.serial, layer.samples),
                 )
         return self._mix.draw(parts, view.width, view.height, keep=keep)
@@ -520,7 +450,7 @@ class RelightSession:
 
     def _read_layer(self, name: str) -> dict[str, NDArray[np.float32]]:
         """A layer's parts, (H, W, 3) each."""
-        layer = self._refined[name]
+        layer = self._stages.mean(name)
         factor = (self._scale(name) / layer.samples).astype(np.float32)
         parts = self._drawing.parts if name in self._light_of_layer else ()
         return {

@@ -334,7 +334,7 @@ def test_a_slow_view_is_shown_coarsely_first(gpu_context: None, room: Any) -> No
     session = open_session(room)
     session.set_lights([point_light("A", (1, 1, 1.5))])
     fine = session.render().combined
-    session._preview_s = 1.0
+    session._stages.preview_s = 1.0
     session.set_lights([point_light("A", (1, 0.9, 1.5))])
     assert session.step()
     coarse = read_texture(session.draw_combined())

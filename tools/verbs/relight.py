@@ -20,7 +20,7 @@ from ..unique_names import unique_names
 from . import arguments
 
 if TYPE_CHECKING:
-    from addon.relight.session import Picture
+    from addon.relight.picture import Picture
 
 NAME = "relight"
 HELP = "Relight a camera's view of SCENE.blend from its cache, and write it as PNG or EXR."

@@ -148,7 +148,7 @@ class ShadowPass:
             sample: its point, from `light_sample`.
             caster_bounds: (2, 3) float64 world space: `SceneGeometry.bounds`.
             receivers: (N, 3) float64 world space: points or box corners around what is lit;
-                a sun's map is fitted to them. Outside of its map a sun casts no shadow.
+                a sun's map is fitted to them. Outside of it all is as at its border.
             objects: which of `SceneGeometry.object_names` cast its shadows; None for all.
             eye: (3,) float64 world space: near it a sun's shadows are finer.
         """

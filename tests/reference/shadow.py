@@ -41,7 +41,8 @@ def _in_cascades(frustum: ShadowFrustum, atlas: Array, points: Array, Ng: Array)
         zip(frustum.half_extents, frustum.origins, strict=True)
     ):  # fmt: skip
         in_face = (points - origin) @ frustum.face_from_world[face].T
-        inside = (np.abs(in_face[..., :2]) <= half * frustum.inner_share).all(axis=-1) & ~found
+        inside = (np.abs(in_face[..., :2]) <= half * frustum.inner_share).all(axis=-1)
+        inside = ~found & (inside | (face == len(frustum.origins) - 1))
         result[inside] = _look(frustum, face, atlas, points[inside], Ng[inside])
         found |= inside
     return result

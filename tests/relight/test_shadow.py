@@ -348,3 +348,17 @@ def test_cascades_of_a_sun() -> None:
         outside = np.abs(across) > 0.1 + 2.0 * texel
         assert (share[:, inside] == 0.0).all()
         assert (share[:, outside] > 1.0 - 1e-12).all()
+
+
+def test_beside_a_suns_window_is_as_at_its_border() -> None:
+    """A ceiling keeps the sun from all of a floor, of which the map was fitted to the middle."""
+    geometry = geometry_of([square(2.0, 0.0), square(4.0, 1.0)])
+    light = EDGE_LIGHTS["sun"]
+    points = floor_points(np.linspace(-1.5, 1.5, 31), np.linspace(-1.5, 1.5, 31))
+    surface = surfaces(points, np.array([0.0, 0.0, 1.0]))
+    sample = light_sample(light, 0, 1)
+    middle = points[10:-10, 10:-10].reshape(-1, 3)
+    shadow = ShadowPass(GeometryBuffer(geometry, surface.origin), SETTINGS).draw(
+        light, sample, geometry.bounds, middle
+    )
+    assert not drawn_light(surface, light, [sample], shadow=shadow)[..., :3].any()

@@ -116,15 +116,18 @@ float lookup(int face, vec3 position, vec3 Ng)
       face, clamp(ndc, -shadow.inner_share, shadow.inner_share), receiver, Ng, texel * depth);
 }
 
-/* By the smallest cascade that holds the receiver; outside of all: lit. */
+/* By the smallest cascade that holds the receiver. The largest was fitted to some of the pixels:
+ * those that lie beside it are a few texels outside, and see what its border sees. */
 float sun_visibility(vec3 position, vec3 Ng)
 {
-  for (int face = 0; face < int(shadow.faces); face++) {
+  int last = int(shadow.faces) - 1;
+  for (int face = 0; face <= last; face++) {
     vec3 receiver = position - shadow.origin[face].xyz;
     vec2 ndc = vec2(dot(shadow.right[face].xyz, receiver), dot(shadow.up[face].xyz, receiver)) /
                face_extent(face);
-    if (all(lessThanEqual(abs(ndc), vec2(shadow.inner_share)))) {
-      return face_visibility(face, ndc, receiver, Ng, face_extent(face) / shadow.resolution);
+    vec2 inside = clamp(ndc, -shadow.inner_share, shadow.inner_share);
+    if (face == last || inside == ndc) {
+      return face_visibility(face, inside, receiver, Ng, face_extent(face) / shadow.resolution);
     }
   }
   return 1.0;

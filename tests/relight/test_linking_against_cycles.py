@@ -24,7 +24,7 @@ from .test_against_cycles import cycles_picture
 SIZE = 96
 # Of the surface that glows in one of the tests, W/(m2 sr), and the points that stand for it.
 GLOW = 20.0
-GLOW_POINTS = 128
+GLOW_POINTS = 64
 BALLS = {"Left": (-1.8, 0.0, 0.7), "Middle": (-0.6, -0.3, 0.7), "Inside": (0.6, 0.0, 0.7)}
 
 

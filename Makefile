@@ -6,6 +6,7 @@
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
 # make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
 # make bench-relight   a light edit beside Cycles and EEVEE, and what lights and triangles cost
+# make accuracy    every kind of light on every lobe beside Cycles: docs/accuracy.md (an hour or two)
 # make bench-caching BENCH_ARGS="A.blend B.blend"   sizes of caches, what they cost, and bake times
 # make write-back  lights' controls in Relume and written back to Cycles: out/write_back/
 #
@@ -16,7 +17,7 @@ PYTHON3 ?= python3
 READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
-.PHONY: demo test lint extension bench-placement bench-placement-quality \
+.PHONY: accuracy demo test lint extension bench-placement bench-placement-quality \
 	bench-caching bench-relight write-back machine clean
 
 demo: $(READY) machine
@@ -49,6 +50,9 @@ bench-relight: $(READY) machine
 
 write-back: $(READY) machine
 	$(RUN) -m benchmarks.write_back $(BENCH_ARGS)
+
+accuracy: $(READY) machine
+	$(RUN) -m benchmarks.accuracy $(BENCH_ARGS)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

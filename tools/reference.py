@@ -215,7 +215,7 @@ def render_reference(
             choose(group)
             # Other seeds for other lights, so that their noise at edges does not add up.
             seeds = (first_seed + 2 * number, first_seed + 2 * number + 1)
-            pictures = [_render(scene, place, half, seed) for seed in seeds]
+            pictures = [render_passes(scene, place, half, seed) for seed in seeds]
             if group:
                 layers[group] = (_lit(pictures[0]), _lit(pictures[1]))
             else:
@@ -226,7 +226,7 @@ def render_reference(
         choose(())
         depth, objects = _render_guides(scene, place)
     progress(1.0, f"Cycles, {camera.name}: rendered")
-    pixel, perspective = _pixel_size(camera)
+    pixel, perspective = pixel_size(camera)
     return Reference(base, layers, depth, objects, pixel, perspective)
 
 
@@ -281,7 +281,7 @@ def _only_these_lights(scene: Any) -> Iterator[Callable[[Sequence[str]], None]]:
             light.hide_render = False
 
 
-def _render(scene: Any, path: Path, samples: int, seed: int) -> PictureFile:
+def render_passes(scene: Any, path: Path, samples: int, seed: int) -> PictureFile:
     """Render with Cycles through a multi-layer EXR, the only way from Cycles to Python."""
     from addon.scene.temporary_render import render_to
 
@@ -298,18 +298,18 @@ def _render(scene: Any, path: Path, samples: int, seed: int) -> PictureFile:
     return read_picture(path)
 
 
-def _pass(picture: PictureFile, name: str) -> NDArray[np.float32]:
+def pass_of(picture: PictureFile, name: str) -> NDArray[np.float32]:
     """A pass's channel, (H, W), by its pass and channel: "Depth.Z"."""
     return next(v for channel, v in picture.extra.items() if channel.endswith("." + name))
 
 
 def _rgba(picture: PictureFile) -> NDArray[np.float32]:
-    return np.concatenate([picture.rgb, _pass(picture, "Combined.A")[..., None]], axis=-1)
+    return np.concatenate([picture.rgb, pass_of(picture, "Combined.A")[..., None]], axis=-1)
 
 
 def _lit(picture: PictureFile) -> NDArray[np.float32]:
     """What the lights alone add: all but what glows by itself."""
-    return picture.rgb - np.stack([_pass(picture, f"Emission.{c}") for c in "RGB"], axis=-1)
+    return picture.rgb - np.stack([pass_of(picture, f"Emission.{c}") for c in "RGB"], axis=-1)
 
 
 def _render_guides(scene: Any, path: Path) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
@@ -319,15 +319,15 @@ def _render_guides(scene: Any, path: Path) -> tuple[NDArray[np.float32], NDArray
     # Cycles' box filter is a pixel wide whatever its setting says.
     cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", 0.01
     try:
-        picture = _render(scene, path, samples=1, seed=0)
+        picture = render_passes(scene, path, samples=1, seed=0)
     finally:
         cycles.pixel_filter_type, cycles.filter_width = kept
-    depth, objects = _pass(picture, "Depth.Z"), _pass(picture, "Object Index.X")
+    depth, objects = pass_of(picture, "Depth.Z"), pass_of(picture, "Object Index.X")
     # Cycles writes 1e10 where a camera ray meets nothing.
     return np.where(depth < 1e9, depth, 0.0).astype(np.float32), objects
 
 
-def _pixel_size(camera: Any) -> tuple[float, bool]:
+def pixel_size(camera: Any) -> tuple[float, bool]:
     """A pixel's width in metres, at distance 1 m with perspective; and whether there is any."""
     import bpy
 

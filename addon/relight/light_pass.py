@@ -17,6 +17,7 @@ from ..glsl.uniforms import Field, UniformBlock
 from ..scene.light import Light
 from .albedo_pass import AlbedoTextures, table_library, table_samplers
 from .blend_pass import add_fullscreen
+from .light_cells import CORNERS
 from .light_filter import (
     FilterKinds,
     filter_block,
@@ -28,7 +29,7 @@ from .light_filter import (
 from .light_filters import LightFilters
 from .light_objects import OBJECT_SAMPLERS, object_textures
 from .light_sample import LightSample
-from .light_shape import cell, spot_cone, spread_cone
+from .light_shape import cell, cell_overlap, cell_radiance, has_extent, spot_cone, spread_cone
 from .shadow import Shadow, ShadowKind
 from .slide_picture import LUMINANCE
 from .surface_pass import SURFACE_LIBRARY, VIEW_BLOCK, view_uniforms
@@ -44,9 +45,12 @@ LIGHT_BLOCK = UniformBlock(
         Field("vec4", "spot_y"),
         Field("vec4", "spot_z"),
         Field("vec4", "cone"),
+        Field("vec4", "corners", CORNERS),
         Field("float", "radius_sq"),
         Field("float", "disk"),
         Field("float", "cell"),
+        Field("float", "overlap"),
+        Field("float", "radiance"),
         Field("float", "diffuse_factor"),
         Field("float", "specular_factor"),
         Field("vec4", "shadow_fill"),
@@ -64,6 +68,7 @@ class _Variant:
 
     light_type: str
     has_spread: bool
+    has_extent: bool
     turns: bool
     shadow: ShadowKind | None
     fills_shadow: bool
@@ -155,11 +160,13 @@ class LightPass:
     ) -> ShaderProgram:
         has_spread = light.type == "AREA" and light.spread < np.pi
         controls = light.controls
+        shines = light.specular_factor * controls.specular != 0.0
         look = controls.shadow
         fills = shadow is not None and (look.density != 1.0 or any(look.color))
         variant = _Variant(
             light.type,
             has_spread,
+            shines and self._layout.has("HAS_SPECULAR") and has_extent(light),
             sample.per_receiver,
             shadow,
             fills,
@@ -186,6 +193,7 @@ def light_defines(
 def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShader:
     shadow, filters = variant.shadow, variant.filters
     flags = {
+        "HAS_EXTENT": variant.has_extent,
         "HAS_SHADOW": shadow is not None,
         "HAS_SHADOW_FILL": variant.fills_shadow,
         "HAS_AMBIENT": variant.has_ambient,
@@ -200,7 +208,9 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             *SURFACE_LIBRARY,
             "diffuse",
             *table_library(layout),
+            *(("frame_across",) if variant.has_extent else ()),
             "light",
+            *(("highlight",) if variant.has_extent else ()),
             *((shadow.library,) if shadow else ()),
             *filter_library(filters),
             *(("object_share",) if variant.by_object else ()),
@@ -228,6 +238,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
                 turns=variant.turns,
                 has_filters=bool(filters),
             ),
+            ("CELL_CORNERS", str(CORNERS)),
             *layout.defines,
             *((name, "1") for name, on in flags.items() if on),
         ),
@@ -292,10 +303,21 @@ def light_uniforms(
         "cone": cone,
         "radius_sq": radius_sq,
         "disk": float(light.use_soft_falloff),
+        "corners": _corners(light, sample, local_origin),
         "cell": cell(light, sample.count),
+        "overlap": cell_overlap(light, sample.count),
+        "radiance": cell_radiance(light, sample.count),
         "diffuse_factor": light.diffuse_factor * controls.diffuse,
         "specular_factor": light.specular_factor * controls.specular,
         "shadow_fill": np.append(LUMINANCE @ intensity * fill, controls.shadow.density),
         "hide_highlights": float(controls.shadow.hide_highlights),
         "ambient": controls.ambient,
     }
+
+
+def _corners(
+    light: Light, sample: LightSample, local_origin: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(CORNERS, 4) of the sample's cell, in the shader's space."""
+    origin = local_origin if light.type == "AREA" else np.zeros(3)
+    return np.pad(sample.corners - origin, ((0, 0), (0, 1)))

@@ -12,9 +12,12 @@ from ..scene.light import NARROWEST_SPREAD, Light
 # cosines are 6e-8 apart.
 _STEEPEST = 1e9
 
-# Between 2 and 4 lies the least error against Cycles, of 1, 2, 4 and 8, for square and round
-# lights in surfaces of roughness 0.1 to 0.3, with 8 and with 32 points.
-_OVERLAP = 3.0
+# Phong's lobe has no half vector, and sees a disk in a cell's place. Disks of an even share leave
+# gaps between them; these are as much larger.
+_OVERLAP = 1.5
+
+# The same for a glowing object's points, which have no cells: between 2 and 4 lies the least error.
+_MESH_OVERLAP = 3.0
 
 
 def spot_cone(light: Light) -> NDArray[np.float64]:
@@ -33,19 +36,38 @@ def spread_cone(light: Light) -> NDArray[np.float64]:
     return np.array([tangent, 1.0 / (tangent - half)])
 
 
-def cell(light: Light, count: int) -> float:
-    """The squared radius of the part of the light that one of `count` points stands for.
+def has_extent(light: Light) -> bool:
+    """Whether a lobe can see more than a point of it."""
+    return light.type == "AREA" or light.solid_angle > 0.0 or light.has_disk
 
-    A lobe narrower than the gaps between a light's points would show the points one by one, so
-    specular lobes see a disk around each. Disks of an even share of the light's would leave
-    gaps and overlap elsewhere, since the points are not evenly spread; these are _OVERLAP as large.
+
+def cell_share(light: Light, count: int) -> float:
+    """How much of the light lobes see in each of `count` samples: all of a lamp."""
+    return 1.0 / count if light.type in ("SUN", "AREA") else 1.0
+
+
+def cell(light: Light, count: int) -> float:
+    """The squared radius of a disk as large as what lobes see of the light in one sample.
 
     Returns:
         radians squared for a sun, square metres for others.
     """
-    share = (1.0 if count == 1 else _OVERLAP) / count
     if light.type == "SUN":
-        return light.solid_angle / np.pi * share
-    if light.type in ("AREA", "MESH"):
-        return light.area / np.pi * share
-    return light.shadow_soft_size**2 * share
+        return light.solid_angle / np.pi * cell_share(light, count)
+    if light.type == "AREA":
+        return light.area / np.pi * cell_share(light, count)
+    if light.type == "MESH":
+        return light.area / np.pi * (1.0 if count == 1 else _MESH_OVERLAP) / count
+    return light.shadow_soft_size**2
+
+
+def cell_overlap(light: Light, count: int) -> float:
+    """How much larger than `cell` a disk is that stands for it beside others."""
+    return _OVERLAP if cell_share(light, count) < 1.0 else 1.0
+
+
+def cell_radiance(light: Light, count: int) -> float:
+    """Radiance of what lobes see of the light in one sample, for `Light.intensity` 1: such that
+    the mean over the samples is that of the whole light."""
+    extent = np.pi * cell(light, count)
+    return 1.0 / extent if extent > 0.0 else 0.0

@@ -164,7 +164,10 @@ class ShadowFrustum:
             clip[2, 2:] = -2.0 / (far - near), -(far + near) / (far - near)
             clip[3, 3] = 1.0
         else:
-            clip[2, 2:] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+            # Passes write depth themselves, so z serves for clipping alone: what is nearer than
+            # `near` is cut off. Beyond, z stays far from w: with depths' usual projection the
+            # two round to one number, and whole triangles were cut off at random.
+            clip[2, 2:] = -0.5, -1.5 * near
             clip[3, 2] = -1.0
         return clip @ camera
 

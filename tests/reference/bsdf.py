@@ -226,12 +226,38 @@ class Lobe:
             cook_torrance = D * G / (4.0 * NoV)
         models = [shape, shape, beckmann, ashikhmin, phong, blinn, cook_torrance]
         shape = np.choose(self.distribution.astype(np.int64), models)
+        value = self.fresnel(LoH) * self.own_bounces * shape[..., None]
+        return np.where(lit[..., None], value, 0.0)
+
+    def fresnel(self, LoH: Array) -> Array:
+        """(H, W, 3)."""
         schlick = ((1.0 - LoH) ** 5)[..., None]
         dielectric = np.vectorize(dielectric_weight)(LoH, self.ratio)[..., None]
         F = self.f0 + (self.f90 - self.f0) * schlick + self.span * (dielectric - schlick)
-        F = np.maximum(F - self.dip * (LoH * (1.0 - LoH) ** 6)[..., None], 0.0)
-        value = F * self.own_bounces * shape[..., None]
-        return np.where(lit[..., None], value, 0.0)
+        return np.maximum(F - self.dip * (LoH * (1.0 - LoH) ** 6)[..., None], 0.0)
+
+    def alphas_sq(self, along: Array) -> Array:
+        """(H, W) Heitz 2014, eq. 80: alpha projected on a direction's azimuth, squared."""
+        Y = np.cross(self.N_specular, self.tangent)
+        Y = Y / np.linalg.norm(Y, axis=-1, keepdims=True)
+        x, y = dot(along, np.cross(Y, self.N_specular)) ** 2, dot(along, Y) ** 2
+        ax, ay = self.roughness**2 / self.aspect, self.roughness**2 * self.aspect
+        return np.asarray((x * ax**2 + y * ay**2) / np.maximum(x + y, 1e-300))
+
+    def smooth_terms(self, L: Array, LoH: Array, NoH: Array, NoL: Array) -> Array:
+        """(H, W, 3) what the specular lobe has beside the mass of its facets' slopes."""
+        NoV = self.NoV
+        pairs = ((NoV, self.alphas_sq(self.V)), (NoL, self.alphas_sq(L)))
+        lambdas = sum(0.5 * (np.sqrt(1.0 + a * (1.0 / c**2 - 1.0)) - 1.0) for c, a in pairs)
+        ggx = LoH / (NoH * NoV * (1.0 + lambdas))
+        beckmann = LoH / (NoH * NoV * (1.0 + sum(_beckmann(c, a) for c, a in pairs)))
+        ashikhmin = NoL / np.maximum(NoV, NoL)
+        n = np.maximum(2.0 / np.maximum(self.roughness**4, 2e-10) - 2.0, 0.0)
+        blinn = NoL * LoH * (n + 8.0) / (n + 1.0)
+        grooves = np.minimum(1.0, 2.0 * NoH / LoH * np.minimum(NoV, NoL)) * LoH / (NoH * NoV)
+        models = [ggx, ggx, beckmann, ashikhmin, np.zeros_like(ggx), blinn, grooves]
+        shape = np.choose(self.distribution.astype(np.int64), models)
+        return self.fresnel(LoH) * self.own_bounces * shape[..., None]
 
 
 def mean_reflectance(f0: Array, f90: Array, dip: Array | float = 0.0) -> Array:

@@ -14,6 +14,7 @@ from addon.scene.light import Light
 from addon.scene.light_controls import NEUTRAL
 
 from .bsdf import Lobe, dot
+from .highlight import Cells, half_vector, is_point
 from .light_filters import light_filters
 from .surfaces import Surfaces
 
@@ -36,11 +37,15 @@ def light_layer(
     for number in range(1, surface.lobes + 1):
         lobe = Lobe(surface, number)
         weight = to_diffuse * light.diffuse_factor * controls.diffuse * lobe.view_weight
+        weight = weight * strength[..., None]
         front = front + weight * (lobe.diffuse(L) * lobe.transmission + lobe.sheen(L))
         through = np.maximum(-dot(lobe.N, L), 0.0)[..., None] / np.pi * lobe.translucent_color
         back = back + weight * through
         weight = to_specular * light.specular_factor * controls.specular * lobe.view_weight
-        shine = shine + weight * lobe.specular(L, cell_sq)
+        gloss = specular(lobe, surface, light, sample, (L, strength, cell_sq))
+        if visibility is not None:
+            gloss = gloss / np.maximum(share_above(surface, light), 0.02)[..., None]
+        shine = shine + weight * gloss
         albedo = albedo + lobe.view_weight * (lobe.diffuse_color + lobe.translucent_color)
     base, color = front + back, light.intensity * _tint(sample)
     arriving = highlight = np.broadcast_to(color, shape)
@@ -53,13 +58,11 @@ def light_layer(
         fill = (color @ [0.2126, 0.7152, 0.0722]) * np.array(shadow.color)
         arriving = color + shadow.density * (1.0 - seen) * (fill - color)
         highlight = color * seen if shadow.hide_highlights else arriving
-    total = (
-        base * arriving + shine * highlight + controls.ambient / np.pi * to_diffuse * albedo * color
-    )
+    ambient = controls.ambient / np.pi * to_diffuse * albedo * color * strength[..., None]
+    total = base * arriving + shine * highlight + ambient
     if controls != NEUTRAL:
         total = total * light_filters(light, surface.position[..., :3] + surface.origin)
-    lit = surface.hit & (strength > 0.0)
-    return np.where(lit[..., None], total * strength[..., None], 0.0)
+    return np.where(surface.hit[..., None], total, 0.0)
 
 
 def _shares(surface: Surfaces, shares: ObjectShares | None) -> tuple[Array, Array, Any]:
@@ -75,10 +78,112 @@ def _tint(sample: LightSample) -> Array:
     return np.ones(3) if sample.emitter is None else sample.emitter.tint
 
 
+def specular(
+    lobe: Lobe,
+    surface: Surfaces,
+    light: Light,
+    sample: LightSample,
+    lit: tuple[Array, Array, Array],
+) -> Array:
+    """(H, W, 3) a lobe's radiance for an intensity of 1."""
+    L, strength, cell_sq = lit
+    if light.type == "MESH":
+        return strength[..., None] * lobe.specular(L, cell_sq)
+    cells = light_cells(surface, light, sample, lobe.N_specular)
+    # Phong's disks overlap, of lights that are parted into cells.
+    parted = light.type in ("SUN", "AREA") and sample.count > 1
+    wide = np.where(lobe.distribution == 4.0, 1.5 if parted else 1.0, 1.0)
+    point = strength[..., None] * lobe.specular(L, cell_sq * wide)
+    if not cells.radiance.any():
+        return point
+    half = half_vector(lobe, cells)
+    seen = (half.LoH > 0.0) & (half.NoL > 0.0) & (lobe.NoV > 0.0) & (half.mass > 0.0)
+    LoH, NoL = np.where(seen, half.LoH, 1.0), np.where(seen, half.NoL, 1.0)
+    terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL)
+    if light.type == "SPOT":
+        shaped = _cone(light, -L)
+    elif light.type == "AREA":
+        shaped = _spread(light, np.maximum(-dot(half.L, light.direction), 1e-6))
+    else:
+        shaped = np.ones(L.shape[:2])
+    with np.errstate(invalid="ignore"):
+        value = terms * (half.mass * cells.radiance * shaped)[..., None]
+    value = np.where(seen[..., None], value, 0.0)
+    return np.where(is_point(lobe, cells)[..., None], point, value)
+
+
+def light_cells(surface: Surfaces, light: Light, sample: LightSample, N: Array) -> Cells:
+    """What the sample's part of the light is to each pixel."""
+    place = surface.position[..., :3] + surface.origin
+    share = 1.0 / sample.count if light.type in ("SUN", "AREA") else 1.0
+    if light.type == "SUN":
+        corners = np.broadcast_to(sample.corners, (*place.shape[:2], *sample.corners.shape))
+        extent = 2.0 * np.pi * (1.0 - np.cos(0.5 * light.angle))
+    elif light.type == "AREA":
+        corners = sample.corners - place[:, :, None]
+        extent = light.area
+    else:
+        corners = _lamp_corners(light, sample, place, N)
+        extent = np.pi * light.shadow_soft_size**2
+    L, _, cell_sq = incidence(surface, light, sample)
+    radiance = np.full(place.shape[:2], 1.0 / (extent * share) if extent > 0.0 else 0.0)
+    if light.type == "AREA":
+        radiance = np.where(dot(L, light.direction) < 0.0, radiance, 0.0)
+    return Cells(corners, cell_sq, radiance)
+
+
+def _lamp_corners(light: Light, sample: LightSample, place: Array, N: Array) -> Array:
+    axis = light.position - place
+    d_sq = dot(axis, axis)
+    radius = np.full(d_sq.shape, light.shadow_soft_size)
+    if not light.use_soft_falloff:
+        inside = d_sq <= radius**2
+        with np.errstate(divide="ignore", invalid="ignore"):
+            outline = radius / np.sqrt(1.0 - radius**2 / d_sq)
+        axis = np.where(inside[..., None], N, axis)
+        radius = np.where(inside, 1e4, outline)
+    unit = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
+    frames = np.apply_along_axis(_duff_frame, -1, unit)
+    across = np.einsum("cj,hwjk->hwck", sample.corners[:, :2], frames.reshape(*d_sq.shape, 2, 3))
+    return np.asarray(axis[:, :, None] + radius[..., None, None] * across)
+
+
+def _duff_frame(axis: Array) -> Array:
+    """(6,) Duff et al. 2017."""
+    sign = 1.0 if axis[2] >= 0.0 else -1.0
+    a = -1.0 / (sign + axis[2])
+    b = axis[0] * axis[1] * a
+    return np.array([
+        1.0 + sign * axis[0] ** 2 * a, sign * b, -sign * axis[0],
+        b, sign + axis[1] ** 2 * a, -axis[1],
+    ])  # fmt: skip
+
+
+def share_above(surface: Surfaces, light: Light) -> Array:
+    """(H, W) the share of a lamp's disk that is above the surface: of a circle, beyond a chord."""
+    place = surface.position[..., :3] + surface.origin
+    axis = light.position - place
+    d_sq = dot(axis, axis)
+    radius = light.shadow_soft_size
+    if radius <= 0.0 or light.type in ("SUN", "AREA", "MESH"):
+        return np.ones_like(d_sq)
+    height = dot(axis, surface.geometric_normal[..., :3])
+    r_sq = np.full(d_sq.shape, radius**2)
+    if not light.use_soft_falloff:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            r_sq = radius**2 / (1.0 - radius**2 / d_sq)
+    rise = np.sqrt(np.maximum(r_sq * (1.0 - height**2 / d_sq), 1e-30))
+    x = np.clip(height / rise, -1.0, 1.0)
+    share = 0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi
+    if not light.use_soft_falloff:
+        share = np.where(d_sq <= radius**2, 1.0, share)
+    return share
+
+
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:
     """L (H, W, 3); strength and squared angular radius of the point's part of the light (H, W)."""
     place = surface.position[..., :3] + surface.origin
-    share = 1.0 if sample.count == 1 else 3.0 / sample.count
+    share = 1.0 / sample.count if light.type in ("SUN", "AREA") else 1.0
     if light.type == "SUN":
         L = np.broadcast_to(sample.position, place.shape)
         cap = 2.0 * (1.0 - np.cos(0.5 * light.angle))
@@ -97,6 +202,7 @@ def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Arr
         cosine = np.abs(dot(L, sample.emitter.normal))
         own = light.area / (np.pi * sample.count)
         strength = cosine / np.maximum(t_sq, own)
+        share = 1.0 if sample.count == 1 else 3.0 / sample.count
         return L, strength, light.area / np.pi * share * cosine / t_sq
     r_sq = light.shadow_soft_size**2
     d_sq = np.sum((light.position - place) ** 2, axis=-1)

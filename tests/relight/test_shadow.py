@@ -13,7 +13,7 @@ from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.glsl.shader import read_texture
 from addon.relight.light_contact import touches_surface
 from addon.relight.light_sample import LightSample, light_sample
-from addon.relight.shadow_frustum import ShadowSettings
+from addon.relight.shadow_frustum import ShadowSettings, shadow_frustum
 from addon.relight.shadow_pass import ShadowMap, ShadowPass
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
@@ -362,3 +362,18 @@ def test_beside_a_suns_window_is_as_at_its_border() -> None:
         light, sample, geometry.bounds, middle
     )
     assert not drawn_light(surface, light, [sample], shadow=shadow)[..., :3].any()
+
+
+@pytest.mark.parametrize("kind", ["POINT", "SPOT", "AREA"])
+def test_float32_cuts_nothing_off(kind: str) -> None:
+    """Whatever is between `near` and `far` stays within the clip volume, with room to spare."""
+    light = Light("l", kind, looking_at((-3.5, -6.0, 4.5), (0, 0, 0)), 1.0, WHITE)  # type: ignore[arg-type]
+    bounds = np.array([[-3.0, -1.0, -2.0], [3.0, 1.0, 2.0]])
+    frustum = shadow_frustum(light, light_sample(light, 0, 1), bounds, bounds, SETTINGS)
+    clip_from_local = frustum.clip_from_local(0, np.zeros(3)).astype(np.float32)
+    rays = np.random.default_rng(3).uniform(-0.3, 0.3, (1000, 3))
+    rays[:, 2] = -1.0
+    depth = frustum.far * np.geomspace(1e-5, 0.9, 1000)[:, None]
+    points = frustum.origins[0] + depth * (rays @ frustum.face_from_world[0])
+    clip = np.column_stack([points, np.ones(1000)]).astype(np.float32) @ clip_from_local.T
+    assert (np.abs(clip[:, 2]) < 0.9 * clip[:, 3]).all()

@@ -65,6 +65,14 @@ vec3 edge_tint(Lobe lobe, float LoH)
 #endif
 }
 
+/* Fresnel's term of the whole lobe. */
+vec3 lobe_fresnel(Lobe lobe, float LoH)
+{
+  float ratio = layer_ratio(lobe.layer);
+  vec3 F = fresnel_mix(lobe, schlick_weight(LoH), dielectric_weight(LoH, ratio));
+  return max(F - edge_tint(lobe, LoH), vec3(0.0));
+}
+
 /* Trowbridge-Reitz (GGX) normal distribution; Walter et al. 2007, eq. 33; as its mean over a disk
  * of half vectors' slopes with squared radius `disk_sq`, in closed form. As a density of slopes,
  * a^2 / (pi (a^2 + s^2)^2) is the stereographic projection of a sphere's evenly spread area, under
@@ -325,9 +333,7 @@ vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo
   }
   /* Walter et al. 2007, eq. 14: solid angles shrink by 4 LoH from L to H. */
   float disk_sq = cell_sq / (4.0 * LoH);
-  float ratio = layer_ratio(lobe.layer);
-  vec3 F = fresnel_mix(lobe, schlick_weight(LoH), dielectric_weight(LoH, ratio));
-  F = max(F - edge_tint(lobe, LoH), vec3(0.0));
+  vec3 F = lobe_fresnel(lobe, LoH);
   Alphas a = lobe_alphas(lobe, N, V, L, H);
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 5.5) {

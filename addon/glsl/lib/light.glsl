@@ -7,6 +7,9 @@ struct Incidence {
   vec3 L;         /* unit, towards the light's point */
   float strength; /* times light.intensity is the irradiance of a surface that faces L */
   float cell_sq;  /* squared angular radius of the part of the light that the point stands for */
+#ifdef HAS_EXTENT
+  float radiance; /* times light.intensity is that of the light's cell; 0 from behind */
+#endif
 };
 
 /* Spots: Cycles' spot_light_attenuation. `direction` leaves the light. */
@@ -85,9 +88,77 @@ vec3 way_to_light(vec3 position)
 #endif
 }
 
+#ifdef HAS_EXTENT
+/* From a receiver to a corner of the light's cell, of any length. A lamp's is on a disk that is
+ * turned towards the receiver; one that is inside a sphere sees it all about N. */
+vec3 to_corner(int index, vec3 position, vec3 N)
+{
+#  if LIGHT_TYPE == 2
+  return light.corners[index].xyz;
+#  elif LIGHT_TYPE == 3
+  return light.corners[index].xyz - position;
+#  else
+  vec3 axis = light.centre.xyz - position;
+  float centre_sq = dot(axis, axis);
+  float radius_sq = light.radius_sq;
+  if (light.disk < 0.5) {
+    if (centre_sq <= radius_sq) {
+      axis = N;
+      radius_sq = 1e8;
+    }
+    else {
+      /* The sphere's outline: sin = r / d. */
+      radius_sq *= centre_sq / (centre_sq - radius_sq);
+    }
+  }
+  mat2x3 across = frame_across(axis * inversesqrt(max(dot(axis, axis), 1e-30)));
+  return axis + sqrt(radius_sq) * (across * light.corners[index].xy);
+#  endif
+}
+
+/* Of samples on the light, the share that is above a surface: a lobe sees all of a lamp that is
+ * above in each of those, and nothing in the others. */
+float share_above(vec3 position, vec3 Ng)
+{
+#  if LIGHT_TYPE < 2
+  vec3 axis = light.centre.xyz - position;
+  float centre_sq = dot(axis, axis);
+  float height = dot(axis, Ng);
+  float radius_sq = light.radius_sq;
+  if (light.disk < 0.5) {
+    if (centre_sq <= radius_sq) {
+      return 1.0;
+    }
+    radius_sq *= centre_sq / (centre_sq - radius_sq);
+  }
+  float half_height_sq = radius_sq * max(1.0 - height * height / max(centre_sq, 1e-30), 0.0);
+  float x = clamp(height * inversesqrt(max(half_height_sq, 1e-30)), -1.0, 1.0);
+  return 0.5 + (asin(x) + x * sqrt(1.0 - x * x)) / PI;
+#  else
+  return 1.0;
+#  endif
+}
+
+/* How bright the light is from a direction within its cell, of its brightest. All of a spot is its
+ * cell: where only a part of the lamp shines on a place, the sample's own point tells. */
+float cell_attenuation(vec3 L, Incidence lit)
+{
+#  if LIGHT_TYPE == 1
+  return spot_attenuation(-lit.L);
+#  elif LIGHT_TYPE == 3 && defined(HAS_SPREAD)
+  return spread_attenuation(max(-dot(light.axis.xyz, L), 1e-6));
+#  else
+  return 1.0;
+#  endif
+}
+#endif
+
 Incidence incidence(vec3 position)
 {
   Incidence result;
+#ifdef HAS_EXTENT
+  result.radiance = light.radiance;
+#endif
 #if LIGHT_TYPE == 2
   result.L = light.place.xyz;
   result.strength = 1.0;
@@ -104,6 +175,9 @@ Incidence incidence(vec3 position)
     result.L = vec3(0.0, 0.0, 1.0);
     result.strength = 0.0;
     result.cell_sq = 0.0;
+#  ifdef HAS_EXTENT
+    result.radiance = 0.0;
+#  endif
     return result;
   }
   result.L = to_light * inversesqrt(distance_sq);
@@ -113,6 +187,9 @@ Incidence incidence(vec3 position)
   float cosine = -dot(light.axis.xyz, result.L);
   if (cosine <= 0.0) {
     result.strength = 0.0;
+#    ifdef HAS_EXTENT
+    result.radiance = 0.0;
+#    endif
     return result;
   }
   result.strength *= cosine;

@@ -14,7 +14,12 @@ vec3 share;
 #  define STANDS_IN_OWN_LIGHT true
 #endif
 
-/* What a surface sends to the viewer, by kind of lobe. */
+#ifdef HAS_EXTENT
+/* Fewer samples than that are not to shine for all. */
+const float LEAST_SHARE_ABOVE = 0.02;
+#endif
+
+/* What a surface sends to the viewer for light.intensity 1, by kind of lobe. */
 struct Reflected {
   vec3 diffuse;
   vec3 specular;
@@ -35,10 +40,17 @@ void add_lobe(inout Reflected sum, Lobe lobe, Surface s, Incidence lit)
   float mu = dot(N, s.V);
   vec4 albedo = microfacet_albedo(mu, lobe.roughness);
   diffuse *= layer_transmission(lobe, mu, albedo);
-  sum.specular += (weight * light.specular_factor * SPECULAR_SHARE) *
-                  specular_lobe(lobe, N, s.V, lit.L, lit.cell_sq, albedo);
+#  ifdef HAS_EXTENT
+  vec3 specular = highlight(lobe, N, s.V, s.position, lit, albedo);
+#    ifdef HAS_SHADOW
+  specular /= max(share_above(s.position, s.Ng), LEAST_SHARE_ABOVE);
+#    endif
+#  else
+  vec3 specular = lit.strength * specular_lobe(lobe, N, s.V, lit.L, lit.cell_sq, albedo);
+#  endif
+  sum.specular += (weight * light.specular_factor * SPECULAR_SHARE) * specular;
 #endif
-  weight *= light.diffuse_factor * DIFFUSE_SHARE;
+  weight *= light.diffuse_factor * DIFFUSE_SHARE * lit.strength;
   sum.diffuse += weight * diffuse;
 #ifdef HAS_SHEEN
   sum.sheen += weight * sheen(lobe, s.V, lit.L);
@@ -53,14 +65,14 @@ vec3 all_lobes(Reflected parts)
   return parts.diffuse + parts.specular + parts.sheen + parts.translucent;
 }
 
-/* `highlight` arrives in the specular lobe, `arriving` in all others; `from_all_sides` is what the
+/* `gleam` arrives in the specular lobe, `arriving` in all others; `from_all_sides` is what the
  * surface sends of light that knows no direction. */
-void write(Reflected parts, vec3 arriving, vec3 highlight, vec3 from_all_sides)
+void write(Reflected parts, vec3 arriving, vec3 gleam, vec3 from_all_sides)
 {
 #ifdef SPLIT_LOBES
   radiance_diffuse = vec4(parts.diffuse * arriving + from_all_sides, 0.0);
 #  ifdef HAS_SPECULAR
-  radiance_specular = vec4(parts.specular * highlight, 0.0);
+  radiance_specular = vec4(parts.specular * gleam, 0.0);
 #  endif
 #  ifdef HAS_SHEEN
   radiance_sheen = vec4(parts.sheen * arriving, 0.0);
@@ -71,7 +83,7 @@ void write(Reflected parts, vec3 arriving, vec3 highlight, vec3 from_all_sides)
 #else
   vec3 specular = parts.specular;
   parts.specular = vec3(0.0);
-  radiance = vec4(all_lobes(parts) * arriving + specular * highlight + from_all_sides, 0.0);
+  radiance = vec4(all_lobes(parts) * arriving + specular * gleam + from_all_sides, 0.0);
 #endif
 }
 
@@ -115,15 +127,20 @@ void main()
   through = light_filters(s.position);
   color *= through;
 #endif
-  if (lit.strength <= 0.0 || through == vec3(0.0)) {
+#ifdef HAS_EXTENT
+  bool is_lit = lit.strength > 0.0 || lit.radiance > 0.0;
+#else
+  bool is_lit = lit.strength > 0.0;
+#endif
+  if (!is_lit || through == vec3(0.0)) {
     return;
   }
   vec3 from_all_sides = vec3(0.0);
 #ifdef HAS_AMBIENT
   from_all_sides = (light.ambient * DIFFUSE_SHARE * lit.strength) * color * flat_albedo(s);
 #endif
-  vec3 arriving = color * lit.strength;
-  vec3 highlight = arriving;
+  vec3 arriving = color;
+  vec3 gleam = arriving;
   for (int i = 0; i < SURFACE_LOBES; i++) {
     if (!is_black(s.lobes[i])) {
       add_lobe(parts, s.lobes[i], s, lit);
@@ -142,16 +159,16 @@ void main()
   if (NgoL != 0.0 && all_lobes(parts) != vec3(0.0)) {
     seen = visibility(s.position, NgoL > 0.0 ? s.Ng : -s.Ng);
   }
-  highlight *= seen;
+  gleam *= seen;
 #  ifdef HAS_SHADOW_FILL
-  vec3 fill = light.shadow_fill.rgb * through * lit.strength;
+  vec3 fill = light.shadow_fill.rgb * through;
   arriving = mix(arriving, fill, light.shadow_fill.w * (1.0 - seen));
   if (light.hide_highlights < 0.5) {
-    highlight = arriving;
+    gleam = arriving;
   }
 #  else
-  arriving = highlight;
+  arriving = gleam;
 #  endif
 #endif
-  write(parts, arriving, highlight, from_all_sides);
+  write(parts, arriving, gleam, from_all_sides);
 }

@@ -88,16 +88,16 @@ def node_directions(height: int, width: int) -> Array:
 
 
 def _shrink(picture: Array, height: int) -> Array:
-    """Box-filter to (height, 2 height, 3), each texel weighted by its solid angle."""
+    """The means over (height, 2 height, 3) larger texels: each has the light that falls into it."""
     rows, columns, _ = picture.shape
-    weight = solid_angles(rows, columns) * np.ones((1, columns))
-    row = (np.arange(rows) * height) // rows
-    column = (np.arange(columns) * 2 * height) // columns
-    index = row[:, None] * (2 * height) + column
-    total = np.bincount(index.ravel(), weight.ravel(), 2 * height * height)
-    sums = [
-        np.bincount(index.ravel(), (weight * picture[..., c]).ravel(), 2 * height * height)
-        for c in range(3)
-    ]
-    filled = np.where(total > 0.0, total, 1.0)
-    return np.stack([s / filled for s in sums], axis=-1).reshape(height, 2 * height, 3)
+    # Even in the sine of latitude, as solid angles are.
+    tall = _overlaps(*(np.sin(np.pi * (np.arange(n + 1) / n - 0.5)) for n in (height, rows)))
+    wide = _overlaps(*(np.arange(n + 1) / n for n in (2 * height, columns)))
+    return np.einsum("hr,wk,rkc->hwc", tall, wide, picture, optimize=True)
+
+
+def _overlaps(large: Array, small: Array) -> Array:
+    """(L, S) the share of each interval between `large` edges that lies in each of `small`'s."""
+    low = np.maximum(large[:-1, None], small[:-1])
+    high = np.minimum(large[1:, None], small[1:])
+    return np.asarray(np.maximum(high - low, 0.0) / np.diff(large)[:, None])

@@ -85,7 +85,9 @@ def frame_passes(lights: Iterable[LightNode], *, has_emission: bool) -> tuple[Fr
         layers.append(layer)
         colors.append(color)
     passes.append(
-        FramePass(WORLD_LAYER, (*seen, WORLD, VIEW, SAMPLES), ("world's layer",), "sample")
+        FramePass(
+            WORLD_LAYER, (*seen, GEOMETRY, WORLD, VIEW, SAMPLES), ("world's layer",), "sample"
+        )
     )
     layers.append("world's layer")
     if has_emission:

@@ -338,8 +338,8 @@ class RelightSession:
         if self._world_textures is None or "ambient_occlusion" in self._store.plan.stored:
             return excess
         missing = (
-            "the cache was baked without the world's light, which now reaches everywhere; bake "
-            "it again for its occlusion"
+            "the cache was baked without the world's light, which reaches everywhere in the first "
+            "picture; bake it again for its occlusion"
         )
         return (*excess, missing)
 

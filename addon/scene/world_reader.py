@@ -50,13 +50,7 @@ def read_world(depsgraph: Any) -> World | None:
             return None
         if color is not None and strength is not None:
             return _constant(result, color * strength)
-    return replace(
-        result,
-        fingerprint=world_fingerprint(depsgraph.scene),
-        warnings=(
-            f"world '{world.original.name}': what is small and bright in it casts no shadow",
-        ),
-    )
+    return replace(result, fingerprint=world_fingerprint(depsgraph.scene))
 
 
 def world_fingerprint(scene: Any) -> str:

@@ -13,7 +13,9 @@ import numpy as np
 from tools.contact_sheet import Cell, Row, draw_sheet
 from tools.metrics import encode_srgb
 
+from .accuracy_cases import LIGHTS
 from .accuracy_figures import LARGEST_MEAN, LEAST_PSNR, Figures
+from .accuracy_scenes import SETUPS
 from .accuracy_text import CAUSES, HEAD, cause_of
 
 # By set-up, light and lobe's number.
@@ -24,9 +26,19 @@ def write(path: Path, table: Table, lobes: list[str], counts: list[int]) -> None
     """Write the page."""
     lines = [HEAD.format(psnr=LEAST_PSNR, mean=100.0 * LARGEST_MEAN, counts=_and(counts))]
     lines += _summary(table, counts)
+    missing = {
+        setup: [light for light in LIGHTS if light not in table.get(setup, {})] for setup in SETUPS
+    }
+    lines += [
+        f"Of {setup}, not lit or not measured here: {'; '.join(lights)}.\n"
+        for setup, lights in missing.items()
+        if lights
+    ]
     lines += ["## What is short, and why", ""]
     lines += _shorts(table, lobes, max(counts))
     for setup, lights in table.items():
+        if not lights:
+            continue
         lines += _pairs(setup, lights, lobes, max(counts))
     path.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
 

@@ -33,9 +33,10 @@ class Cause:
 
 CAUSES = {
     "world": Cause(
-        "The world's light is an average over a hemisphere, dimmed by ambient occlusion: no shape "
-        "of lobes, no directions of occluders",
-        "integrate the world's picture over each lobe, with shadows of its own"),
+        "The world is sampled by direction, all pixels alike: steps of its shadows, and at the rims "
+        "of balls; not followed further yet",
+        "more samples, then find out",
+    ),
     "mirror": Cause(
         "What a mirror shows of a light has hard edges, and one pixel on the wrong side of one "
         "is worth 30 dB here",
@@ -48,9 +49,10 @@ CAUSES = {
         "Edges of hard shadows lie within a texel of the shadow map, and single pixels flip",
         "traced shadows (exact), or larger maps"),
     "lamp": Cause(
-        "A lamp's highlight is dimmed by the share of the lamp that a shadow hides, wherever on "
-        "the lamp that is",
-        "cells of the disk that is turned to each receiver, where shadows are traced"),
+        "A lamp's highlight is dimmed by the share of the lamp that a shadow hides, and a soft spot's "
+        "by the share that shines on the place, wherever on the lamp that is",
+        "cells of the disk that is turned to each receiver, where shadows are traced",
+    ),
     "terminator": Cause(
         "Where a curved surface turns away from the light: facets against the smooth normal, "
         "within a texel of the shadow map",

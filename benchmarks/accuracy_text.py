@@ -33,8 +33,8 @@ class Cause:
 
 CAUSES = {
     "world": Cause(
-        "The world is sampled by direction, all pixels alike: steps of its shadows, and at the rims "
-        "of balls; not followed further yet",
+        "The world is sampled by direction, all pixels alike: steps of its shadows, and at the "
+        "rims of balls; not followed further yet",
         "more samples, then find out",
     ),
     "mirror": Cause(
@@ -49,8 +49,8 @@ CAUSES = {
         "Edges of hard shadows lie within a texel of the shadow map, and single pixels flip",
         "traced shadows (exact), or larger maps"),
     "lamp": Cause(
-        "A lamp's highlight is dimmed by the share of the lamp that a shadow hides, and a soft spot's "
-        "by the share that shines on the place, wherever on the lamp that is",
+        "A lamp's highlight is dimmed by the share of the lamp that a shadow hides, and a soft "
+        "spot's by the share that shines on the place, wherever on the lamp that is",
         "cells of the disk that is turned to each receiver, where shadows are traced",
     ),
     "terminator": Cause(

@@ -101,7 +101,8 @@ def specular(
     LoH, NoL = np.where(seen, half.LoH, 1.0), np.where(seen, half.NoL, 1.0)
     terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL)
     if light.type == "SPOT":
-        shaped = _cone(light, -L)
+        part = np.minimum(half.mass, 1.0)
+        shaped = (1.0 - part) * _cone(light, -L) + part * _cone(light, -half.L)
     elif light.type == "AREA":
         shaped = _spread(light, np.maximum(-dot(half.L, light.direction), 1e-6))
     else:

@@ -286,7 +286,7 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   }
   Alphas a = lobe_alphas(lobe, N, V, L, H);
   float NoH = dot(N, H);
-  vec3 value = (cell.x * lit.radiance * cell_attenuation(L, lit)) * lobe_fresnel(lobe, LoH);
+  vec3 value = (cell.x * lit.radiance * cell_attenuation(L, lit, cell.x)) * lobe_fresnel(lobe, LoH);
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 1.5) {
     return value * other_shape(lobe, a, NoV, NoL, NoH, LoH);

@@ -140,11 +140,12 @@ float share_above(vec3 position, vec3 Ng)
 }
 
 /* How bright the light is from a direction within its cell, of its brightest. All of a spot is its
- * cell: where only a part of the lamp shines on a place, the sample's own point tells. */
-float cell_attenuation(vec3 L, Incidence lit)
+ * cell: where only a part of the lamp shines on a place, the sample's own point tells, but for what
+ * (`mass`) of a narrow lobe sees no other part than L's. */
+float cell_attenuation(vec3 L, Incidence lit, float mass)
 {
 #  if LIGHT_TYPE == 1
-  return spot_attenuation(-lit.L);
+  return mix(spot_attenuation(-lit.L), spot_attenuation(-L), min(mass, 1.0));
 #  elif LIGHT_TYPE == 3 && defined(HAS_SPREAD)
   return spread_attenuation(max(-dot(light.axis.xyz, L), 1e-6));
 #  else

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The stages in which a view's layers come: coarse, one sample, the growing mean."""
+"""The stages in which a view's layers come: coarse, one sample, a few, the growing mean."""
 
 from __future__ import annotations
 
@@ -28,7 +28,11 @@ class StagedLayer:
 
 
 class LayerStages:
-    """Three stacks of a view's layers, of which each layer shows the best that it has.
+    """Stacks of a view's layers, of which each layer shows the best that it has.
+
+    The samples of a light that is parted into cells make its highlight only together: a mirror
+    would show the cells drawn so far. Its layer has a mean of few samples, of a light parted into
+    as many, between the preview and the finished mean.
 
     Attributes:
         preview_s: seconds that a full layer's preview took the last time.
@@ -36,13 +40,18 @@ class LayerStages:
     Args:
         samples: of a finished layer.
         parts: how many textures the layer of a name has.
+        in_cells: whether the layer of a name is that of a light parted into cells.
     """
 
-    def __init__(self, samples: int, parts: Callable[[str], int]) -> None:
+    def __init__(
+        self, samples: int, parts: Callable[[str], int], in_cells: Callable[[str], bool]
+    ) -> None:
         self._parts = parts
+        self._in_cells = in_cells
         self.preview_s = 0.0
         self._coarse = LayerStack(1, COARSE_STRIDE, parts)
         self._preview = LayerStack(1, parts=parts)
+        self._draft = LayerStack(_STEADY_SAMPLES, parts=parts)
         self._refined = LayerStack(samples, parts=parts)
 
     @property
@@ -57,7 +66,10 @@ class LayerStages:
     def require(self, names: Sequence[str], width: int, height: int) -> None:
         """Make the layers of a view exist: rough ones only where nothing better is."""
         self._refined.require(names, width, height)
-        rough = [n for n in names if self._refined[n].samples < self._steady_samples]
+        unsteady = [name for name in names if not self._is_steady(name)]
+        few = self.count > _STEADY_SAMPLES
+        self._draft.require([n for n in unsteady if few and self._in_cells(n)], width, height)
+        rough = [name for name in unsteady if not self._has_draft(name)]
         self._preview.require(rough, width, height)
         coarse = [n for n in rough if self._preview[n].samples == 0]
         slow = self.preview_s > _COARSE_ABOVE_S
@@ -65,7 +77,7 @@ class LayerStages:
 
     def drop(self, names: Collection[str]) -> None:
         """Forget layers at every stage."""
-        for stack in (self._coarse, self._preview, self._refined):
+        for stack in self._stacks:
             for name in names:
                 stack.drop(name)
 
@@ -85,7 +97,7 @@ class LayerStages:
         Returns:
             the layer's name and the layer; None when all are finished.
         """
-        for stack in (self._coarse, self._preview, self._refined):
+        for stack in self._stacks:
             name = stack.advance(names, drawer(stack), first)
             if name is not None:
                 return name, StagedLayer(stack, stack[name])
@@ -121,9 +133,10 @@ class LayerStages:
 
     def shown(self, name: str) -> StagedLayer | None:
         """The best that there is of a layer; None for nothing."""
-        refined = self._refined.get(name)
-        if refined is not None and refined.samples >= self._steady_samples:
-            return StagedLayer(self._refined, refined)
+        if self._is_steady(name):
+            return StagedLayer(self._refined, self._refined[name])
+        if self._has_draft(name):
+            return StagedLayer(self._draft, self._draft[name])
         for stack in (self._preview, self._refined, self._coarse):
             layer = stack.get(name)
             if layer is not None and layer.samples:
@@ -131,6 +144,16 @@ class LayerStages:
         return None
 
     @property
-    def _steady_samples(self) -> int:
-        """From how many samples on a layer's mean is shown instead of its preview."""
-        return min(_STEADY_SAMPLES, self.count)
+    def _stacks(self) -> tuple[LayerStack, ...]:
+        """In the order in which they are drawn."""
+        return self._coarse, self._preview, self._draft, self._refined
+
+    def _is_steady(self, name: str) -> bool:
+        """Whether a layer's mean is to be shown instead of anything before it."""
+        layer = self._refined.get(name)
+        few = self.count if self._in_cells(name) else min(_STEADY_SAMPLES, self.count)
+        return layer is not None and layer.samples >= few
+
+    def _has_draft(self, name: str) -> bool:
+        layer = self._draft.get(name)
+        return layer is not None and layer.samples == self._draft.count

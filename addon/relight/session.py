@@ -134,7 +134,7 @@ class RelightSession:
         self._graph = FrameGraph(frame_passes((), has_emission=self._has_emission))
         self._mix = LightMix()
         self._fence = Fence()
-        self._stages = LayerStages(samples, self._textures_of)
+        self._stages = LayerStages(samples, self._textures_of, self._in_cells)
         self.compiling = ""
 
     # What changed -------------------------------------------------------------------------
@@ -388,6 +388,11 @@ class RelightSession:
     def _textures_of(self, layer: str) -> int:
         """How many textures a layer has."""
         return max(len(self._drawing.parts), 1) if layer in self._light_of_layer else 1
+
+    def _in_cells(self, layer: str) -> bool:
+        """Whether a layer is that of a light whose highlights come cell by cell."""
+        light = self._lights.get(self._light_of_layer.get(layer, ""))
+        return light is not None and self._sampler.layout.has("HAS_SPECULAR") and light.has_cells
 
     def _required_view(self) -> View:
         if self._view is None:

@@ -122,6 +122,11 @@ class Light:
         return self.type in ("POINT", "SPOT") and self.shadow_soft_size > 0.0
 
     @property
+    def has_cells(self) -> bool:
+        """Whether its samples see an even share of its extent each."""
+        return self.type == "AREA" or (self.type == "SUN" and self.angle > 0.0)
+
+    @property
     def is_flat_spot(self) -> bool:
         """A spot whose cone is narrow enough for one disk across its axis to stand for it."""
         return self.type == "SPOT" and self.spot_size <= WIDEST_FLAT_SPOT

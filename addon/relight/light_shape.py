@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from ..scene.light import NARROWEST_SPREAD, Light
 
-# A spot without blend has a step of no width; this is steep enough to be one in float32, whose
-# cosines are 6e-8 apart.
-_STEEPEST = 1e9
+# A spot without blend has a step of no width; this is steep enough to be one in float32, whatever
+# the cone: one of 0.01 degrees is 4e-9 wide, in steps of 2e-16.
+_STEEPEST = 1e20
 
 # Phong's lobe has no half vector, and sees a disk in a cell's place. Disks of an even share leave
 # gaps between them; these are as much larger.
@@ -21,10 +21,10 @@ _MESH_OVERLAP = 3.0
 
 
 def spot_cone(light: Light) -> NDArray[np.float64]:
-    """(2,) cosine of half the cone and the blend's slope (Cycles' spot_smooth)."""
-    cosine = np.cos(0.5 * light.spot_size)
-    width = (1.0 - cosine) * light.spot_blend
-    return np.array([cosine, min(1.0 / width, _STEEPEST) if width > 0.0 else _STEEPEST])
+    """(2,) 1 - the cosine of half the cone, and the blend's slope (Cycles' spot_smooth)."""
+    one_minus_cosine = 2.0 * np.sin(0.25 * light.spot_size) ** 2
+    width = one_minus_cosine * light.spot_blend
+    return np.array([one_minus_cosine, min(1.0 / width, _STEEPEST) if width > 0.0 else _STEEPEST])
 
 
 def spread_cone(light: Light) -> NDArray[np.float64]:

@@ -25,7 +25,7 @@ _SCALE_BLOCK = UniformBlock("scale", (Field("vec4", "factor"), Field("int", "str
 
 
 # What reads a `SurfaceBuffer`, before what shades it.
-SURFACE_LIBRARY = ("material_table", "surface_texel", "surface")
+SURFACE_LIBRARY = ("material_table", "surface_texel", "surface", "angle")
 
 
 class EmissionPass:

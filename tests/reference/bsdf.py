@@ -153,7 +153,8 @@ class Lobe:
         """(H, W, 3) times NoL, in a frame with the view in the plane of x and z."""
         NoV = dot(self.N, self.V)
         x_axis = self.V - NoV[..., None] * self.N
-        x_axis = x_axis / np.linalg.norm(x_axis, axis=-1, keepdims=True)
+        across = np.linalg.norm(x_axis, axis=-1, keepdims=True)
+        x_axis = x_axis / np.where(across > 0.0, across, 1.0)
         x, y, z = (dot(axis, L) for axis in (x_axis, np.cross(self.N, x_axis), self.N))
         R, a, b = np.moveaxis(sheen_shape(NoV, self.sheen_roughness), -1, 0)
         size_sq = (a * x + b * z) ** 2 + (a * y) ** 2 + z**2

@@ -144,20 +144,19 @@ def _lamp_corners(light: Light, sample: LightSample, place: Array, N: Array) -> 
         axis = np.where(inside[..., None], N, axis)
         radius = np.where(inside, 1e4, outline)
     unit = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
-    frames = np.apply_along_axis(_duff_frame, -1, unit)
-    across = np.einsum("cj,hwjk->hwck", sample.corners[:, :2], frames.reshape(*d_sq.shape, 2, 3))
+    across = np.einsum("cj,hwjk->hwck", sample.corners[:, :2], _duff_frames(unit))
     return np.asarray(axis[:, :, None] + radius[..., None, None] * across)
 
 
-def _duff_frame(axis: Array) -> Array:
-    """(6,) Duff et al. 2017."""
-    sign = 1.0 if axis[2] >= 0.0 else -1.0
-    a = -1.0 / (sign + axis[2])
-    b = axis[0] * axis[1] * a
-    return np.array([
-        1.0 + sign * axis[0] ** 2 * a, sign * b, -sign * axis[0],
-        b, sign + axis[1] ** 2 * a, -axis[1],
-    ])  # fmt: skip
+def _duff_frames(axis: Array) -> Array:
+    """(…, 2, 3) Duff et al. 2017."""
+    x, y, z = np.moveaxis(axis, -1, 0)
+    sign = np.where(z >= 0.0, 1.0, -1.0)
+    a = -1.0 / (sign + z)
+    b = x * y * a
+    first = np.stack([1.0 + sign * x * x * a, sign * b, -sign * x], axis=-1)
+    second = np.stack([b, sign + y * y * a, -y], axis=-1)
+    return np.stack([first, second], axis=-2)
 
 
 def share_above(surface: Surfaces, light: Light) -> Array:
@@ -241,9 +240,10 @@ def _turned(
     else:
         outside = d > radius
         inside_cone = np.sqrt(1.0 - np.minimum(radius / d, 1.0) ** 2)
-        widest = np.where(outside, 1.0 - inside_cone, 2.0)
-        cosine = 1.0 - widest * np.sum(sample.on_disk**2) / radius**2
-        sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+        one_minus = np.minimum(radius / d, 1.0) ** 2 / (1.0 + inside_cone)
+        widest = np.where(outside, one_minus, 2.0)
+        drop = widest * np.sum(sample.on_disk**2) / radius**2
+        cosine, sine = 1.0 - drop, np.sqrt(drop * (2.0 - drop))
         across = offset / np.linalg.norm(flat)
         direction = sine[..., None] * across - cosine[..., None] * axis
         chord = np.sqrt(np.maximum(radius**2 - (d * sine) ** 2, 0.0))

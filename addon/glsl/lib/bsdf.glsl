@@ -87,13 +87,17 @@ float D_ggx(vec3 N, vec3 H, float alpha_sq, float disk_sq)
   vec3 NxH = cross(N, H);
   float NoH = dot(N, H);
   float cos_sq = NoH * NoH;
-  float x = alpha_sq + dot(NxH, NxH) / cos_sq - disk_sq;
-  float h = sqrt(x * x + 4.0 * disk_sq * alpha_sq);
-  if (h <= 0.0) {
+  /* Both times NoH^2, and without the squares of what may be 1e24: nothing over- or underflows. */
+  float x = dot(NxH, NxH) + (alpha_sq - disk_sq) * cos_sq;
+  float y = 2.0 * sqrt(disk_sq) * sqrt(alpha_sq) * cos_sq;
+  float larger = max(abs(x), y);
+  if (larger <= 0.0) {
     return 0.0;
   }
-  float density = x >= 0.0 ? 2.0 * alpha_sq / (h * (h + x)) : 0.5 * (h - x) / (h * disk_sq);
-  return density / (PI * cos_sq * cos_sq);
+  vec2 ratio = vec2(x, y) / larger;
+  float h = larger * length(ratio);
+  return x >= 0.0 ? 2.0 * alpha_sq / (PI * h * (h + x)) :
+                    0.5 * (1.0 - x / h) / (PI * disk_sq * cos_sq * cos_sq);
 }
 
 /* Smith's Lambda for GGX; Heitz, Understanding the Masking-Shadowing Function (2014), eq. 72. */
@@ -111,7 +115,9 @@ float D_beckmann(vec3 N, vec3 H, float alpha_sq, float disk_sq)
   float NoH = dot(N, H);
   float cos_sq = NoH * NoH;
   float wide_sq = alpha_sq + 0.5 * disk_sq;
-  return exp(-dot(NxH, NxH) / (cos_sq * wide_sq)) / (PI * wide_sq * cos_sq * cos_sq);
+  float tail = exp(-dot(NxH, NxH) / max(cos_sq * wide_sq, 1e-30));
+  /* Where that is not zero, cos_sq is not small either. */
+  return tail > 0.0 ? tail / (PI * wide_sq * cos_sq * cos_sq) : 0.0;
 }
 
 /* Smith's Lambda for Beckmann, in the rational form of Walter et al. 2007, after eq. 27. */
@@ -125,7 +131,7 @@ float lambda_beckmann(float cosine, float alpha_sq)
 /* Ashikhmin and Shirley, An Anisotropic Phong BRDF Model (2000), without its diffuse part, with
  * exponent n at H and `norm` sqrt((n_x + 1)(n_y + 1)). An axis' exponent is Cycles'
  * 2 / alpha^2 - 2. Times NoL, without Fresnel. */
-float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float n, float norm)
+float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float LoH, float n, float norm)
 {
   float NoV = dot(N, V);
   float NoL = dot(N, L);
@@ -134,8 +140,14 @@ float ashikhmin_shirley(vec3 N, vec3 V, vec3 L, vec3 H, float n, float norm)
   float sine_sq = min(dot(NxH, NxH), 1.0);
   float log_cos = sine_sq < 1e-3 ? -0.5 * sine_sq * (1.0 + 0.5 * sine_sq) :
                                    log(max(dot(N, H), 1e-20));
-  float pump = 1.0 / max(1e-6, max(abs(dot(H, V)), 1e-6) * max(NoV, NoL));
+  float pump = 1.0 / max(1e-6, max(LoH, 1e-6) * max(NoV, NoL));
   return NoL * norm / (8.0 * PI) * exp(n * log_cos) * pump;
+}
+
+/* log(1 - x), which keeps its digits for a small x. */
+float log_of_one_minus(float x)
+{
+  return x < 1e-3 ? -x * (1.0 + x * (0.5 + x / 3.0)) : log(max(1.0 - x, 1e-20));
 }
 
 /* Phong, Illumination for Computer Generated Pictures (1975), and Blinn, Models of Light Reflection
@@ -147,19 +159,22 @@ float phong_or_blinn(bool is_phong, vec3 N, vec3 V, vec3 L, vec3 H, float alpha_
   float NoL = dot(N, L);
   if (is_phong) {
     float n = max(2.0 / (alpha_sq + 0.5 * cell_sq) - 2.0, 0.0);
-    float RoL = max(2.0 * dot(N, V) * NoL - dot(V, L), 0.0);
-    return NoL * (n + 2.0) / (2.0 * PI) * pow(max(RoL, 1e-20), n);
+    /* 1 - RoL from the distance of the two, which keeps its digits in a narrow lobe. */
+    vec3 RmL = 2.0 * dot(N, V) * N - V - L;
+    return NoL * (n + 2.0) / (2.0 * PI) * exp(n * log_of_one_minus(0.5 * dot(RmL, RmL)));
   }
   float n = max(2.0 / (alpha_sq + 0.125 * cell_sq) - 2.0, 0.0);
-  return NoL * (n + 8.0) / (8.0 * PI) * pow(max(dot(N, H), 1e-20), n);
+  vec3 NxH = cross(N, H);
+  return NoL * (n + 8.0) / (8.0 * PI) * exp(0.5 * n * log_of_one_minus(dot(NxH, NxH)));
 }
 
 /* Cook and Torrance, A Reflectance Model for Computer Graphics (1982), times NoL, without Fresnel:
  * Beckmann's facets, masked by V-shaped grooves; with the 4 of Walter et al. 2007 for their pi. */
-float cook_torrance(vec3 N, vec3 V, vec3 L, vec3 H, float alpha_sq, float disk_sq)
+float cook_torrance(
+    vec3 N, vec3 V, vec3 L, vec3 H, float LoH, float alpha_sq, float disk_sq)
 {
   float NoV = dot(N, V);
-  float groove = 2.0 * dot(N, H) / max(dot(V, H), 1e-20);
+  float groove = 2.0 * dot(N, H) / max(LoH, 1e-20);
   float G = min(1.0, groove * min(NoV, dot(N, L)));
   return D_beckmann(N, H, alpha_sq, disk_sq) * G / (4.0 * NoV);
 }
@@ -327,17 +342,15 @@ vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo
     return vec3(0.0);
   }
   vec3 H = half_vector / half_length;
-  float LoH = dot(L, H);
-  if (LoH <= 0.0) {
-    return vec3(0.0);
-  }
+  /* The same as dot(L, H), which has no digits left where L and V are almost opposite. */
+  float LoH = 0.5 * half_length;
   /* Walter et al. 2007, eq. 14: solid angles shrink by 4 LoH from L to H. */
   float disk_sq = cell_sq / (4.0 * LoH);
   vec3 F = lobe_fresnel(lobe, LoH);
   Alphas a = lobe_alphas(lobe, N, V, L, H);
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 5.5) {
-    return F * cook_torrance(N, V, L, H, alpha_sq, disk_sq);
+    return F * cook_torrance(N, V, L, H, LoH, alpha_sq, disk_sq);
   }
   if (lobe.distribution > 3.5) {
     return F * phong_or_blinn(lobe.distribution < 4.5, N, V, L, H, alpha_sq, cell_sq);
@@ -349,7 +362,7 @@ vec3 specular_lobe(Lobe lobe, vec3 N, vec3 V, vec3 L, float cell_sq, vec4 albedo
     float ratio_sq = lobe.aspect * lobe.aspect;
     float norm = sqrt(max(2.0 / (alpha_sq / ratio_sq + wide) - 1.0, 0.0) *
                       max(2.0 / (alpha_sq * ratio_sq + wide) - 1.0, 0.0));
-    return F * ashikhmin_shirley(N, V, L, H, n, norm);
+    return F * ashikhmin_shirley(N, V, L, H, LoH, n, norm);
   }
   if (lobe.distribution > 1.5) {
     float masked = 1.0 + lambda_beckmann(NoV, a.view_sq) + lambda_beckmann(NoL, a.light_sq);

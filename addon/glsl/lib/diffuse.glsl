@@ -1,18 +1,16 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The diffuse base of a lobe. */
+ * The diffuse base of a lobe. Needs angle.glsl. */
 
 #ifdef HAS_ROUGH_DIFFUSE
 /* The integral that gives the albedo of Fujii's improved Oren-Nayar model, as Cycles has it
- * (bsdf_oren_nayar.h): E(mu) = pi a + b G(mu). */
+ * (bsdf_oren_nayar.h): E(mu) = pi a + b G(mu). Its (1 - s^3) / mu, of the sine s, is
+ * mu (1 + s + s^2) / (1 + s), which has its digits at grazing angles too. */
 float oren_nayar_G(float mu)
 {
-  if (mu < 1e-6) {
-    return 0.5 * PI - 2.0 / 3.0 - mu;
-  }
   float sine = sqrt(max(1.0 - mu * mu, 0.0));
-  float theta = acos(clamp(mu, 0.0, 1.0));
+  float theta = upper_angle(sine, mu);
   return sine * (theta - 2.0 / 3.0 - sine * mu) +
-         2.0 / 3.0 * (sine / mu) * (1.0 - sine * sine * sine);
+         2.0 / 3.0 * sine * mu * (1.0 + sine + sine * sine) / (1.0 + sine);
 }
 
 /* Fujii's model with the light that bounces between facets after OpenPBR, without the colour and

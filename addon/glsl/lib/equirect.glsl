@@ -17,7 +17,8 @@ vec2 equirect_texel(vec3 direction, ivec2 size)
   /* Straight up and down have no longitude, and atan(0, 0) no value. */
   bool pole = direction.x == 0.0 && direction.y == 0.0;
   float longitude = pole ? 0.0 : atan(direction.y, direction.x);
-  float latitude = asin(clamp(direction.z, -1.0, 1.0));
+  /* Not asin(direction.z), which has few digits left near the poles. */
+  float latitude = atan(direction.z, length(direction.xy));
   vec2 uv = vec2(0.5 - longitude / TWO_PI, 0.5 + latitude * 2.0 / TWO_PI);
   return uv * vec2(size) - vec2(0.5);
 }

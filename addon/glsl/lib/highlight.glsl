@@ -10,7 +10,7 @@
  * What else the lobe has, Fresnel's term and masking, changes slowly over a cell; taken at the
  * moment's centre, what is linear of it is exact. Of other lobes, what is within a slope is known
  * (`mass_beyond`), and a few points of each edge are summed: neighbouring cells have the same ones,
- * so that only the light's own outline has any error. Needs light.glsl and bsdf.glsl. */
+ * so that only the light's own outline has any error. Needs light.glsl, bsdf.glsl and angle.glsl. */
 
 /* Masses are differences of angles that lost their digits: a thousandth is wrong of this one. Below,
  * a lobe's tail is smooth: its density at the corners and their middle serves, with weights that are
@@ -58,28 +58,6 @@ vec2 half_slope(Facets facets, vec3 V, vec3 toward)
 {
   vec3 H = toward * inversesqrt(max(dot(toward, toward), 1e-30)) + V;
   return (H * facets.across) / (facets.alpha * dot(H, facets.N));
-}
-
-/* The angle from (x, y) to the x axis for y >= 0, within 2e-7. (Of `atan`, Vulkan promises no more
- * than 2e-4.) Odd minimax polynomial on [0, 1] after Hastings, Approximations for Digital Computers
- * (1955), with coefficients that were fitted anew. */
-float upper_angle(float y, float x)
-{
-  float size = abs(x);
-  float t = min(y, size) / max(max(y, size), 1e-30);
-  float t_sq = t * t;
-  float angle = 0.00245671885;
-  angle = angle * t_sq - 0.0144013362;
-  angle = angle * t_sq + 0.0397811904;
-  angle = angle * t_sq - 0.0723485478;
-  angle = angle * t_sq + 0.10498945;
-  angle = angle * t_sq - 0.14161229;
-  angle = angle * t_sq + 0.199859067;
-  angle = angle * t_sq - 0.33332597;
-  angle = angle * t_sq + 0.999999886;
-  angle *= t;
-  angle = y > size ? 0.5 * PI - angle : angle;
-  return x < 0.0 ? PI - angle : angle;
 }
 
 /* What a lobe gathers over edges: its mass (x) and first moment (yz), times 2 pi; `radial_part`s; the

@@ -12,20 +12,31 @@ struct Incidence {
 #endif
 };
 
-/* Spots: Cycles' spot_light_attenuation. `direction` leaves the light. */
+/* No place is lit more strongly than by a lamp of one watt per steradian at 1e-10 m, however its
+ * filters amplify it, and none shines more than 1e29 times as bright as a light's intensity is: the
+ * narrowest lobe that any surface has, at grazing view, is 6e13; and layers are multiplied with up
+ * to 3e8 for a lamp of 1e9 W. More than that float32 does not hold. */
+const float MOST_STRENGTH = 1e20;
+const float MOST_RADIANCE = 1e29;
+
+/* Spots: Cycles' spot_light_attenuation. `direction` leaves the light. Both cosines are counted
+ * from one, and by sines: float32's cosines near one are 6e-8 apart, a cone of 0.04 degrees. */
 float spot_attenuation(vec3 direction)
 {
   vec3 in_light = vec3(dot(light.spot_x.xyz, direction),
                        dot(light.spot_y.xyz, direction),
                        dot(light.spot_z.xyz, direction));
-  float x = clamp((-in_light.z / length(in_light) - light.cone.x) * light.cone.y, 0.0, 1.0);
+  float sine_sq = dot(in_light.xy, in_light.xy) / dot(in_light, in_light);
+  float cosine = -in_light.z / length(in_light);
+  float one_minus_cosine = cosine > 0.0 ? sine_sq / (1.0 + cosine) : 1.0 - cosine;
+  float x = clamp((light.cone.x - one_minus_cosine) * light.cone.y, 0.0, 1.0);
   return x * x * (3.0 - 2.0 * x);
 }
 
 /* Area lights: the grid's share that is open at this angle (area_light_spread_attenuation). */
-float spread_attenuation(float cosine)
+float spread_attenuation(vec3 L, float cosine)
 {
-  float tangent = sqrt(max(1.0 - cosine * cosine, 0.0)) / cosine;
+  float tangent = length(cross(light.axis.xyz, L)) / cosine;
   return max((light.cone.x - tangent) * light.cone.y, 0.0);
 }
 
@@ -147,7 +158,7 @@ float cell_attenuation(vec3 L, Incidence lit, float mass)
 #  if LIGHT_TYPE == 1
   return mix(spot_attenuation(-lit.L), spot_attenuation(-L), min(mass, 1.0));
 #  elif LIGHT_TYPE == 3 && defined(HAS_SPREAD)
-  return spread_attenuation(max(-dot(light.axis.xyz, L), 1e-6));
+  return spread_attenuation(L, max(-dot(light.axis.xyz, L), 1e-6));
 #  else
   return 1.0;
 #  endif
@@ -196,7 +207,7 @@ Incidence incidence(vec3 position)
   result.strength *= cosine;
   result.cell_sq *= cosine;
 #    ifdef HAS_SPREAD
-  result.strength *= spread_attenuation(cosine);
+  result.strength *= spread_attenuation(result.L, cosine);
 #    endif
 #  elif LIGHT_TYPE == 4
   /* Both sides shine. The point stands for a disk of the light's surface, `radius_sq`: nearer
@@ -231,6 +242,7 @@ Incidence incidence(vec3 position)
   result.strength *= spot_attenuation(-result.L);
 #    endif
 #  endif
+  result.strength = min(result.strength, MOST_STRENGTH);
 #endif
   return result;
 }

@@ -25,7 +25,8 @@ vec3 profile_color(vec3 d)
   else {
     bool pole = d.x == 0.0 && d.z == 0.0;
     uv.x = 0.5 + (pole ? 0.0 : atan(d.x, -d.z)) / PROFILE_TURN;
-    uv.y = 0.5 + asin(clamp(d.y, -1.0, 1.0)) / (0.5 * PROFILE_TURN);
+    /* Not asin(d.y), which has few digits left near the poles. */
+    uv.y = 0.5 + atan(d.y, length(d.xz)) / (0.5 * PROFILE_TURN);
   }
   ivec2 size = textureSize(profile_picture, 0);
   vec2 at = uv * vec2(size) - vec2(0.5);

@@ -28,9 +28,9 @@ vec3 sheen(Lobe lobe, vec3 V, vec3 L)
   vec3 T = V - NoV * lobe.N;
   float length_sq = dot(T, T);
   float x = length_sq > 0.0 ? dot(T, L) * inversesqrt(length_sq) : 0.0;
-  float y_sq = max(1.0 - x * x - NoL * NoL, 0.0);
+  float y = length_sq > 0.0 ? dot(cross(lobe.N, T), L) * inversesqrt(length_sq) : 0.0;
   float along = shape.y * x + shape.z * NoL;
-  float l = along * along + shape.y * shape.y * y_sq + NoL * NoL;
+  float l = along * along + shape.y * shape.y * y * y + NoL * NoL;
   float ratio = shape.y / l;
   return lobe.sheen_color * (shape.x * NoL / PI * ratio * ratio);
 }

@@ -12,8 +12,11 @@ float superellipse_reach(vec2 p, vec2 size, float roundness)
   float y = p.y * size.x;
   float larger = max(x, y);
   float area = size.x * size.y;
-  if (area <= 0.0 || larger <= 0.0) {
+  if (area <= 0.0) {
     return 0.0;
+  }
+  if (larger <= 0.0) {
+    return BEAM_END; /* too near the middle for a product */
   }
   float ratio = min(x, y) / larger;
   float power = ratio > 0.0 ? pow(ratio, 2.0 / roundness) : 0.0;

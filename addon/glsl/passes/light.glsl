@@ -69,21 +69,23 @@ vec3 all_lobes(Reflected parts)
  * surface sends of light that knows no direction. */
 void write(Reflected parts, vec3 arriving, vec3 gleam, vec3 from_all_sides)
 {
+  const vec3 most = vec3(MOST_RADIANCE);
 #ifdef SPLIT_LOBES
-  radiance_diffuse = vec4(parts.diffuse * arriving + from_all_sides, 0.0);
+  radiance_diffuse = vec4(min(parts.diffuse * arriving + from_all_sides, most), 0.0);
 #  ifdef HAS_SPECULAR
-  radiance_specular = vec4(parts.specular * gleam, 0.0);
+  radiance_specular = vec4(min(parts.specular * gleam, most), 0.0);
 #  endif
 #  ifdef HAS_SHEEN
-  radiance_sheen = vec4(parts.sheen * arriving, 0.0);
+  radiance_sheen = vec4(min(parts.sheen * arriving, most), 0.0);
 #  endif
 #  ifdef HAS_TRANSLUCENT
-  radiance_translucent = vec4(parts.translucent * arriving, 0.0);
+  radiance_translucent = vec4(min(parts.translucent * arriving, most), 0.0);
 #  endif
 #else
   vec3 specular = parts.specular;
   parts.specular = vec3(0.0);
-  radiance = vec4(all_lobes(parts) * arriving + specular * gleam + from_all_sides, 0.0);
+  vec3 sum = all_lobes(parts) * arriving + specular * gleam + from_all_sides;
+  radiance = vec4(min(sum, most), 0.0);
 #endif
 }
 
@@ -124,7 +126,7 @@ void main()
   vec3 color = light.intensity.rgb;
   vec3 through = vec3(1.0);
 #ifdef HAS_FILTERS
-  through = light_filters(s.position);
+  through = min(light_filters(s.position), vec3(MOST_STRENGTH / max(lit.strength, 1e-20)));
   color *= through;
 #endif
 #ifdef HAS_EXTENT

@@ -99,7 +99,8 @@ def test_all_of_it(small_scene: Path, tmp_path: Path) -> None:
     # Depth is a texture of four bytes in each of the baked texels, at least.
     assert report["gpu"]["gpu_bytes"] >= 4 * report["bake"]["texels"]
     assert set(report["error"]["loss"]) == {"psnr_rgb", "psnr_luma"}
-    assert report["frame"]["whole_s"] > report["frame"]["seconds"]["1"] > 0.0
+    # Equal where the machine's noise hides what a sample costs.
+    assert report["frame"]["whole_s"] >= report["frame"]["seconds"]["1"] > 0.0
     assert "floor: draft" in run.stdout
     assert "lost to compression" in run.stdout
     assert "at 256 samples" in run.stdout

@@ -42,10 +42,6 @@ _PARALLAX = 1.25
 # Disks across a touching spot's cone: one in the middle and a ring of six.
 _RING = np.arange(6) * (np.pi / 3.0)
 
-# Nearest over farthest distance of a perspective face. Surfaces are sorted by their distance
-# from the light, so this costs no precision; it only keeps the projection defined.
-_NEAR_OVER_FAR = 1e-7
-
 # How far a map reaches beyond what it must hold, as a share of its depth: above rounding.
 _MARGIN = 1e-4
 
@@ -117,7 +113,7 @@ class ShadowFrustum:
         half_extents: (F,) half of each face's side: at distance 1 or, when parallel, in metres.
             The faces of a parallel map are cascades, the smallest first.
         inner_share: of that, without the guard texels.
-        near, far: metres along a face's axis.
+        far: metres: how far it reaches.
         resolution: texels along a face's side.
     """
 
@@ -128,7 +124,6 @@ class ShadowFrustum:
     face_from_world: NDArray[np.float64]
     half_extents: NDArray[np.float64]
     inner_share: float
-    near: float
     far: float
     resolution: int
 
@@ -159,16 +154,14 @@ class ShadowFrustum:
         camera[:3, 3] = rotation @ (local_origin - self.origins[face])
         clip = np.zeros((4, 4))
         clip[0, 0] = clip[1, 1] = 1.0 / self.half_extents[face]
-        near, far = self.near, self.far
         if self.parallel:
-            clip[2, 2:] = -2.0 / (far - near), -(far + near) / (far - near)
+            clip[2, 2:] = -2.0 / self.far, -1.0
             clip[3, 3] = 1.0
         else:
-            # Passes write depth themselves, so z serves for clipping alone: what is nearer than
-            # `near` is cut off. Beyond, z stays far from w: with depths' usual projection the
-            # two round to one number, and whole triangles were cut off at random.
-            clip[2, 2:] = -0.5, -1.5 * near
-            clip[3, 2] = -1.0
+            # Passes write depth themselves: z serves for clipping alone, and is half of w
+            # everywhere. Where the two round to one number, whole triangles are cut off at random;
+            # and with a nearest distance a lamp's own shade would be, in a landscape.
+            clip[2, 2], clip[3, 2] = -0.5, -1.0
         return clip @ camera
 
 
@@ -223,7 +216,6 @@ def shadow_frustum(  # noqa: PLR0917 - what a light sees depends on as much
         face_from_world=faces,
         half_extents=np.full(len(faces), half_extent * _guarded(resolution)),
         inner_share=1.0 / _guarded(resolution),
-        near=far * _NEAR_OVER_FAR,
         far=far * (1.0 + _MARGIN),
         resolution=resolution,
     )
@@ -370,7 +362,6 @@ def _parallel(
         face_from_world=np.broadcast_to(rotation, (len(halves), 3, 3)),
         half_extents=np.array(halves) * _guarded(resolution),
         inner_share=1.0 / _guarded(resolution),
-        near=0.0,
         far=depth + 2.0 * margin,
         resolution=resolution,
     )
@@ -392,7 +383,6 @@ def parallel_frustum(
         face_from_world=np.concatenate([one.face_from_world for one in each]),
         half_extents=np.concatenate([one.half_extents for one in each]) * (1.0 + _BETWEEN),
         inner_share=each[0].inner_share,
-        near=0.0,
         far=max(one.far for one in each),
         resolution=resolution,
     )

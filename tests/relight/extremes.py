@@ -205,6 +205,12 @@ class Lamps:
         self._layer = texture_2d(width, height)
         self._target = framebuffer([self._layer])
 
+    def show(self, surface: Surfaces) -> None:
+        """Draw on other surfaces from now on, as many and with the same channels."""
+        self.surface = surface
+        self._buffer = surface.upload()
+        self._pass.set_layout(surface.layout)
+
     def drawn(self, light: Light, sample: LightSample) -> Array:
         """(H, W, 3) radiance that one point of a light causes, without a shadow."""
         with self._target.bind():

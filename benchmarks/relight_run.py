@@ -217,8 +217,8 @@ def errors(folder: str) -> dict[str, Any]:
         if path.name != TRUTH:
             report = compare_pictures(reference, read_picture(path)).report
             psnr[path.stem] = {
-                "whole": report["whole"]["psnr"],
-                "away": report["away_from_edges"]["psnr"],
+                "whole": report["whole"]["psnr_luma"],
+                "away": report["away_from_edges"]["psnr_luma"],
             }
     return psnr
 
@@ -232,12 +232,11 @@ def _open(scene_path: str) -> Any:
 
 def _prepared(scene_path: str, size: str) -> Any:
     """The scene for direct light only, with the key light where all renderers see it."""
-    from mathutils import Vector
-
     from tools import reference
 
     opened = _open(scene_path)
-    opened.objects["Key"].location += Vector(KEY_SHIFT)
+    key = opened.objects["Key"]
+    key.location = [at + shift for at, shift in zip(key.location, KEY_SHIFT, strict=True)]
     reference.prepare(opened)
     opened.render.resolution_x, opened.render.resolution_y = _size(size)
     opened.render.resolution_percentage = 100

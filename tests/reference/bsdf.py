@@ -245,8 +245,8 @@ class Lobe:
         ax, ay = self.roughness**2 / self.aspect, self.roughness**2 * self.aspect
         return np.asarray((x * ax**2 + y * ay**2) / np.maximum(x + y, 1e-300))
 
-    def smooth_terms(self, L: Array, LoH: Array, NoH: Array, NoL: Array) -> Array:
-        """(H, W, 3) what the specular lobe has beside the mass of its facets' slopes."""
+    def smooth_terms(self, L: Array, LoH: Array, NoH: Array, NoL: Array, mass: Array) -> Array:
+        """(H, W, 3) the specular lobe of a mass (H, W) of its facets' slopes: at most all light."""
         NoV = self.NoV
         pairs = ((NoV, self.alphas_sq(self.V)), (NoL, self.alphas_sq(L)))
         lambdas = sum(0.5 * (np.sqrt(1.0 + a * (1.0 / c**2 - 1.0)) - 1.0) for c, a in pairs)
@@ -258,7 +258,7 @@ class Lobe:
         grooves = np.minimum(1.0, 2.0 * NoH / LoH * np.minimum(NoV, NoL)) * LoH / (NoH * NoV)
         models = [ggx, ggx, beckmann, ashikhmin, np.zeros_like(ggx), blinn, grooves]
         shape = np.choose(self.distribution.astype(np.int64), models)
-        return self.fresnel(LoH) * self.own_bounces * shape[..., None]
+        return self.fresnel(LoH) * self.own_bounces * np.minimum(mass * shape, 1.0)[..., None]
 
 
 def mean_reflectance(f0: Array, f90: Array, dip: Array | float = 0.0) -> Array:

@@ -99,7 +99,8 @@ def specular(
     half = half_vector(lobe, cells)
     seen = (half.LoH > 0.0) & (half.NoL > 0.0) & (lobe.NoV > 0.0) & (half.mass > 0.0)
     LoH, NoL = np.where(seen, half.LoH, 1.0), np.where(seen, half.NoL, 1.0)
-    terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL)
+    mass = np.where(seen, half.mass, 0.0)
+    terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL, mass)
     if light.type == "SPOT":
         part = np.minimum(half.mass, 1.0)
         shaped = (1.0 - part) * _cone(light, -L) + part * _cone(light, -half.L)
@@ -108,7 +109,7 @@ def specular(
     else:
         shaped = np.ones(L.shape[:2])
     with np.errstate(invalid="ignore"):
-        value = terms * (half.mass * cells.radiance * shaped)[..., None]
+        value = terms * (cells.radiance * shaped)[..., None]
     value = np.where(seen[..., None], value, 0.0)
     return np.where(is_point(lobe, cells)[..., None], point, value)
 

@@ -264,13 +264,15 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   }
   Alphas a = lobe_alphas(lobe, N, V, L, H);
   float NoH = dot(N, H);
-  vec3 value = (cell.x * lit.radiance * cell_attenuation(L, lit, cell.x)) * lobe_fresnel(lobe, LoH);
+  vec3 value = (lit.radiance * cell_attenuation(L, lit, cell.x)) * lobe_fresnel(lobe, LoH);
+  /* No lobe sends more than the light's own radiance, but for Fresnel's term: at grazing views, where
+   * one direction says little of a cell, the centre's could be 1e12 times as much. */
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 1.5) {
-    return value * other_shape(lobe, a, NoV, NoL, NoH, LoH);
+    return value * min(cell.x * other_shape(lobe, a, NoV, NoL, NoH, LoH), 1.0);
   }
 #endif
   /* D dL is 4 LoH / NoH times the mass. */
   float visible = 1.0 + lambda_ggx(NoV, a.view_sq) + lambda_ggx(NoL, a.light_sq);
-  return value * lobe_multiscatter(lobe, albedo) * (LoH / (NoH * NoV * visible));
+  return value * lobe_multiscatter(lobe, albedo) * min(cell.x * LoH / (NoH * NoV * visible), 1.0);
 }

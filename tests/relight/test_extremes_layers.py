@@ -82,6 +82,20 @@ def test_a_kept_sum_of_every_size() -> None:
         assert turn % 10 < 2 or mix.hot == str(turn // 10 % 5)
 
 
+def test_a_kept_sum_sees_other_contents() -> None:
+    """While one layer's factor is edited, another is drawn again: with the same factor."""
+    mix, value = LightMix(), np.ones(4)
+    for turn in range(12):
+        value[1] = float(1 + turn // 4)
+        factor = np.array([turn + 1.0, 1.0, 1.0, 1.0])
+        parts = {}
+        for k in range(4):
+            texture = texture_from_array(np.full((4, 4, 4), value[k], dtype=np.float32), "RGBA32F")
+            parts[str(k)] = MixPart((texture,), (float(factor[k]),) * 4, 1, (k, int(value[k])))
+        # Whole numbers: exact.
+        assert (read_texture(mix.draw(parts, 4, 4)) == value @ factor).all()
+
+
 @pytest.mark.parametrize("fill", [(0.0, 0.0, 0.0), (0.1, 0.2, 0.5)])
 @pytest.mark.parametrize("energy", ENERGIES)
 def test_scale_and_tint_are_the_intensity(energy: float, fill: tuple[float, float, float]) -> None:

@@ -48,6 +48,14 @@ def test_an_edit_makes_dirty_what_depends_on_it(edited: str) -> None:
     assert sorted(dirty, key=order.index) == list(dirty)
 
 
+def test_what_was_dirty_stays_so() -> None:
+    graph = clean_graph(KEY, FILL)
+    graph.touch(light_input("Key", "shape"))
+    graph.touch("world")
+    assert graph.is_dirty("Light Key")
+    assert graph.is_dirty("World")
+
+
 def test_geometry_makes_all_dirty() -> None:
     graph = clean_graph(KEY, SUN)
     assert set(graph.touch("geometry")) == {each.name for each in graph.passes}

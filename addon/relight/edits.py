@@ -193,6 +193,9 @@ def _apply(light: Any, changes: list[_Change] | None, restore: ExitStack) -> Non
         _set(light if change.of_object else light.data, change.path, change.value, restore)
     turned = [change.value for change in changes if change.path == "rotation_euler"]
     if turned and light.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
+        # Blender converts the rotation whenever the mode changes, also back.
+        for path in ("rotation_quaternion", "rotation_axis_angle"):
+            restore.callback(setattr, light, path, tuple(getattr(light, path)))
         _set(light, "rotation_mode", "XYZ", restore)
         light.rotation_euler = turned[-1]
 

@@ -84,6 +84,26 @@ def test_shared_data_is_edited_for_one_light_alone(scene: Any) -> None:
     assert key.data == twin.data
 
 
+@pytest.mark.parametrize("mode", ["QUATERNION", "AXIS_ANGLE"])
+def test_other_rotation_modes_are_taken_back(scene: Any, mode: str) -> None:
+    import bpy
+
+    key = scene.objects["Key"]
+    key.rotation_mode = mode
+    if mode == "QUATERNION":
+        key.rotation_quaternion = (0.5, 0.5, 0.5, 0.5)
+    else:
+        key.rotation_axis_angle = (2.0, 0.0, 0.6, 0.8)
+    bpy.context.view_layer.update()
+    before = key.matrix_world.copy()
+    with applied_edits(scene, {"Key": {"rotation_euler": [1.0, 0.0, 0.0]}}):
+        bpy.context.view_layer.update()
+        np.testing.assert_allclose(key.matrix_world.to_euler(), (1.0, 0.0, 0.0), atol=1e-6)
+    bpy.context.view_layer.update()
+    assert key.rotation_mode == mode
+    assert key.matrix_world == before
+
+
 def test_animated_attributes_stand_still(scene: Any) -> None:
     import bpy
 

@@ -51,7 +51,9 @@ def remove_objects(data: Any) -> None:
         written = _written(lamp)
         if written is not None:
             lamp.light_linking.receiver_collection = own_receivers(lamp)
-            bpy.data.collections.remove(written)
+            # A copy of the lamp may have it too, and knows its own collection by it alone.
+            if written.users == 0:
+                bpy.data.collections.remove(written)
 
 
 def are_objects_written(data: Any) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 import pytest
 
-from addon.ui.write_back_objects import write_objects
+from addon.ui.write_back_objects import remove_objects, write_objects
 from tests.relight.test_linking_against_cycles import (
     away_from_edges,
     build,
@@ -47,3 +47,23 @@ def test_weights_in_cycles(extension: None, tmp_path: Path) -> None:
     assert psnr(result.unlinked, reference, inner) < 40.0
     again = relit(scene)
     assert (again.linked == result.linked).all()
+
+
+@pytest.mark.parametrize("shares_data", [True, False])
+def test_a_copied_lamp_gets_its_own_collection_back(extension: None, shares_data: bool) -> None:
+    lamp, cube = bpy.data.objects["Light"], bpy.data.objects["Cube"]
+    own = bpy.data.collections.new("own")
+    own.objects.link(cube)
+    lamp.light_linking.receiver_collection = own
+    add(bpy.context.scene, "Light", "Cube", 0.0)
+    write_objects(lamp.data)
+    copy = lamp.copy()
+    if not shares_data:
+        copy.data = lamp.data.copy()
+    bpy.context.scene.collection.objects.link(copy)
+    collections = len(bpy.data.collections)
+    for each in (lamp, copy):
+        remove_objects(each.data)
+    assert lamp.light_linking.receiver_collection == own
+    assert copy.light_linking.receiver_collection == own
+    assert len(bpy.data.collections) == collections - 1

@@ -50,7 +50,7 @@ class RelumeEngine(bpy.types.RenderEngine):
             passes = {"Combined": draw_unbaked(depsgraph, view)}
         except Cancelled:
             return
-        self._deliver(scene, passes)
+        self._deliver(depsgraph, passes)
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
         """Tell the compositor which passes there are."""
@@ -75,7 +75,9 @@ class RelumeEngine(bpy.types.RenderEngine):
             self.report({"INFO"}, f"Relume: {warning}")
         passes = {"Combined": picture.combined}
         if depsgraph.scene.relume.light_passes:
-            passes |= add_up(picture.layers, light_passes(depsgraph.scene), picture.glowing)
+            height, width = picture.combined.shape[:2]
+            names = light_passes(depsgraph.scene)
+            passes |= add_up((height, width), picture.layers, names, picture.glowing)
         return passes
 
     def _progress(self, fraction: float, message: str) -> None:
@@ -89,8 +91,9 @@ class RelumeEngine(bpy.types.RenderEngine):
         self.update_stats("", f"Relume: {error}")
         self.report({"ERROR"}, f"Relume: {error}")
 
-    def _deliver(self, scene: Any, passes: Mapping[str, Pixels]) -> None:
-        """Hand a whole picture to Blender, cut to the render region if one is set."""
+    def _deliver(self, depsgraph: Any, passes: Mapping[str, Pixels]) -> None:
+        """Hand a view layer's whole picture to Blender, cut to the render region if one is set."""
+        scene = depsgraph.scene
         height, width = passes["Combined"].shape[:2]
         left, bottom, right, top = 0, 0, width, height
         if scene.render.use_border:
@@ -98,14 +101,18 @@ class RelumeEngine(bpy.types.RenderEngine):
             left, right = int(border.border_min_x * width), int(border.border_max_x * width)
             bottom, top = int(border.border_min_y * height), int(border.border_max_y * height)
         # Blender counts from the region's corner, not from the picture's.
-        result = self.begin_result(0, 0, right - left, top - bottom)
-        for layer in result.layers:
-            for name, pixels in passes.items():
-                target = layer.passes.get(name)
-                if target is not None:
-                    part = np.ascontiguousarray(pixels[bottom:top, left:right], dtype=np.float32)
-                    target.rect.foreach_set(part.ravel())
-        self.end_result(result)
+        size = (right - left, top - bottom)
+        result = self.begin_result(0, 0, *size, layer=depsgraph.view_layer.name)
+        try:
+            for layer in result.layers:
+                for name, pixels in passes.items():
+                    target = layer.passes.get(name)
+                    if target is not None:
+                        part = pixels[bottom:top, left:right].astype(np.float32)
+                        target.rect.foreach_set(part.ravel())
+        finally:
+            # Blender crashes over a result that is left open.
+            self.end_result(result)
 
     def view_update(self, context: Any, depsgraph: Any) -> None:  # noqa: ARG002
         """The scene changed; also the first call of a viewport."""

@@ -36,19 +36,22 @@ def light_passes(scene: Any) -> dict[str, str]:
 
 
 def add_up(
-    layers: Mapping[str, Pixels], passes: Mapping[str, str], glowing: Collection[str] = ()
+    size: tuple[int, int],
+    layers: Mapping[str, Pixels],
+    passes: Mapping[str, str],
+    glowing: Collection[str] = (),
 ) -> dict[str, Pixels]:
     """The pixels of each pass, (H, W, 3): those of its light and of that light's instances.
 
     Args:
+        size: height and width of the picture, which may have no layer.
         layers: by name.
         passes: from `light_passes`.
         glowing: layers that are the light of glowing objects, which goes with what glows.
     """
     scene_emission = f"{EMISSION_LAYER} (scene)"
     surfaces = passes.get(scene_emission, passes.get(EMISSION_LAYER))
-    shape = next(iter(layers.values())).shape if layers else (0, 0, 3)
-    pixels = {name: np.zeros(shape, dtype=np.float32) for name in passes.values()}
+    pixels = {name: np.zeros((*size, 3), dtype=np.float32) for name in passes.values()}
     for layer, seen in layers.items():
         # "Lamp post/Bulb #2" is the second "Bulb" that "Lamp post" instances.
         plain = layer.rpartition(" #")[0] or layer

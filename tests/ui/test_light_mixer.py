@@ -10,6 +10,7 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
+from numpy.typing import NDArray
 
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.light_reader import read_lights
@@ -72,19 +73,24 @@ def test_muted_lights_are_not_in_a_render(scene: Any) -> None:  # noqa: F811
     assert alone.max() > 0.01
 
 
+def rendered_channels(scene: Any) -> dict[str, NDArray[np.float32]]:  # noqa: F811
+    """What F12 writes as a multi-layer file."""
+    bpy.ops.render.render(write_still=True)
+    with OpenEXR.File(scene.render.filepath, separate_channels=True) as exr:
+        return {
+            name: np.asarray(channel.pixels)
+            for part in exr.parts
+            for name, channel in part.channels.items()
+        }
+
+
 def test_each_light_has_a_render_pass(scene: Any, tmp_path: Path) -> None:  # noqa: F811
     baked(scene)
     add_lamp("Rim", (0.0, 3.0, 2.0))
     scene.relume.light_passes = True
     scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
     scene.render.filepath = str(tmp_path / "layers.exr")
-    bpy.ops.render.render(write_still=True)
-    with OpenEXR.File(scene.render.filepath, separate_channels=True) as exr:
-        channels = {
-            name: np.asarray(channel.pixels)
-            for part in exr.parts
-            for name, channel in part.channels.items()
-        }
+    channels = rendered_channels(scene)
     passes = {"Light Light", "Light Rim", "Light of World"}
     found = {name.split(".")[-2] for name in channels}
     assert passes <= found
@@ -94,6 +100,47 @@ def test_each_light_has_a_render_pass(scene: Any, tmp_path: Path) -> None:  # no
     # Sums of float32 numbers of order one, in another order.
     assert np.abs(total - combined).max() < 1e-5
     assert channels[f"{layer}.Light Rim.G"].max() > 0.01
+
+
+def test_passes_of_a_picture_without_any_light(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    baked(scene)
+    bpy.data.objects["Light"].relume.mute = True
+    scene.relume.mute_world = True
+    scene.relume.light_passes = True
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.filepath = str(tmp_path / "layers.exr")
+    channels = rendered_channels(scene)
+    light = [pixels for name, pixels in channels.items() if ".Light Light." in name]
+    assert len(light) == 3
+    assert not any(pixels.any() for pixels in light)
+
+
+def test_each_view_layer_has_its_own_picture(scene: Any, tmp_path: Path) -> None:  # noqa: F811
+    scene.world = None
+    bpy.data.objects["Light"].hide_render = True
+    scene.view_layers[0].name = "Red"
+    scene.view_layers.new("Green")
+    for name, color in (("Red", (1.0, 0.0, 0.0)), ("Green", (0.0, 1.0, 0.0))):
+        lamp = add_lamp(name, (0.0, 3.0, 2.0))
+        lamp.data.color = color
+        made = bpy.data.collections.new(name)
+        scene.collection.children.link(made)
+        scene.collection.objects.unlink(lamp)
+        made.objects.link(lamp)
+    for layer in scene.view_layers:
+        other = "Green" if layer.name == "Red" else "Red"
+        layer.layer_collection.children[other].exclude = True
+    baked(scene)
+    scene.render.image_settings.media_type = "MULTI_LAYER_IMAGE"
+    scene.render.filepath = str(tmp_path / "layers.exr")
+    channels = rendered_channels(scene)
+    lit = {name: bool(channels[name].any()) for name in channels if name[-1] in "RG"}
+    assert lit == {
+        "Red.Combined.R": True,
+        "Red.Combined.G": False,
+        "Green.Combined.R": False,
+        "Green.Combined.G": True,
+    }
 
 
 def test_names_of_passes_fit_and_differ(extension: None) -> None:
@@ -111,7 +158,7 @@ def test_instances_are_in_their_lights_pass() -> None:
     layers = {"Bulb": ones, "Post/Bulb": 2 * ones, "Post/Bulb #2": 4 * ones, "World": 8 * ones}
     layers |= {"Screen": 16 * ones, "Emission": 32 * ones}
     passes = {"Bulb": "Light Bulb", "World": "Light of World", "Emission": "Light of Surfaces"}
-    sums = add_up(layers, passes, ("Screen",))
+    sums = add_up((1, 1), layers, passes, ("Screen",))
     assert {name: float(pixels[0, 0, 0]) for name, pixels in sums.items()} == {
         "Light Bulb": 7.0,
         "Light of World": 8.0,

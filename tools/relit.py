@@ -29,11 +29,12 @@ class SceneArrays:
     Attributes:
         geometry: its surfaces.
         lights: what is lit.
-        world: None when it is black.
+        world: None when it is black, unless the film lets it through.
         warnings: one sentence for each thing left out or approximated.
         frame: at which it was read.
         surface_edits: that the .blend keeps.
         emitter_linking: of objects that may glow, by their names.
+        mute_world, mute_emission: whether the .blend leaves these out of the picture.
     """
 
     geometry: SceneGeometry
@@ -43,6 +44,8 @@ class SceneArrays:
     frame: int
     surface_edits: SurfaceEdits = NO_EDITS
     emitter_linking: Mapping[str, LightLinking] = field(default_factory=dict)
+    mute_world: bool = False
+    mute_emission: bool = False
 
 
 def read_scene(scene: Any) -> SceneArrays:
@@ -55,7 +58,7 @@ def read_scene(scene: Any) -> SceneArrays:
     from addon.scene.geometry_reader import read_geometry
     from addon.scene.light_linking_reader import read_emitter_linking
     from addon.scene.light_profile_reader import ensure_measured
-    from addon.scene.light_reader import read_lights
+    from addon.scene.light_reader import read_lights, read_muted
     from addon.scene.surface_edit_reader import read_surface_edits
     from addon.scene.world_reader import read_world
 
@@ -66,7 +69,9 @@ def read_scene(scene: Any) -> SceneArrays:
         warnings += [] if world is None else world.warnings
         frame, edits = int(scene.frame_current), read_surface_edits(depsgraph)
         linking = read_emitter_linking(depsgraph)
-        return SceneArrays(geometry, lights, world, tuple(warnings), frame, edits, linking)
+        return SceneArrays(
+            geometry, lights, world, tuple(warnings), frame, edits, linking, *read_muted(scene)
+        )
 
     ensure_measured(scene)
     return with_render_depsgraph(scene, read)
@@ -97,6 +102,12 @@ def mixed(arrays: SceneArrays, solo: Sequence[str], mute: Sequence[str]) -> Scen
         for light in arrays.lights
     )
     return replace(arrays, lights=lights)
+
+
+def unmixed(arrays: SceneArrays) -> SceneArrays:
+    """The scene with all of its light, as Cycles shows it: solo and mute are Relume's own."""
+    lights = tuple(replace(light, solo=False, mute=False) for light in arrays.lights)
+    return replace(arrays, lights=lights, mute_world=False, mute_emission=False)
 
 
 def read_lights_again(scene: Any) -> tuple[Light, ...]:
@@ -142,7 +153,8 @@ def camera_names(scene: Any) -> list[str | None]:
 
 def require_light(scene: Any, arrays: SceneArrays) -> None:
     """Raises InputError when nothing gives light, in what was read or in the scene unedited."""
-    if not arrays.lights and arrays.world is None and not read_lights_again(scene):
+    dark = arrays.world is None or arrays.world.is_black
+    if dark and not arrays.lights and not read_lights_again(scene):
         raise InputError(f"Scene '{scene.name}' has no light; add one to relight it.")
 
 
@@ -188,6 +200,7 @@ def open_session(
     session.set_emitter_linking(arrays.emitter_linking)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
+    session.set_muted(world=arrays.mute_world, emission=arrays.mute_emission)
     return session
 
 

@@ -61,7 +61,7 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
     world = _world(scene)
     state = read_state(geometry, int(scene.frame_current))
     bake = _Bake(scene, state, fitted, Path(folder), settings)
-    ambient_rays = fineness.occlusion_rays if world is not None else 0
+    ambient_rays = fineness.occlusion_rays if world is not None and not world.is_black else 0
     first_share = 1.0 / (1 + len(settings.frames))
     done = bake.first_frame(ambient_rays, started, part_of(progress, 0.0, first_share))
     store, baked, carrier = done.store, done.baked, done.carrier

@@ -63,7 +63,7 @@ class GlowingObjects:
         """The glowing objects that light a view.
 
         Args:
-            lights: the scene's other lights.
+            lights: the scene's other lights; those that are mute outshine nothing.
             receivers: (N, 3) world space: places that the view sees.
         """
         if self._all is None:
@@ -73,7 +73,8 @@ class GlowingObjects:
                 replace(light, linking=self._linking.get(light.name, UNLINKED)) for light in glowing
             )
         taken = {light.name for light in lights}
-        share = shares([*self._all, *lights], receivers)[: len(self._all)]
+        audible = [light for light in lights if not light.mute]
+        share = shares([*self._all, *audible], receivers)[: len(self._all)]
         there = {light.name for light in self._chosen}
         self._chosen = tuple(
             light

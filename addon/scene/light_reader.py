@@ -36,6 +36,11 @@ def read_lights(depsgraph: Any) -> tuple[Light, ...]:
     return tuple(light for light in lights if light.is_lit)
 
 
+def read_muted(scene: Any) -> tuple[bool, bool]:
+    """Whether a `bpy.types.Scene` leaves out its world's light, and what surfaces send out."""
+    return _switch(scene, "mute_world"), _switch(scene, "mute_emission")
+
+
 def unmeasured_lights(depsgraph: Any) -> tuple[UnmeasuredLight, ...]:
     """The lights whose nodes `measure_lights` has to look at before `read_lights` knows them."""
     found: dict[str, UnmeasuredLight] = {}
@@ -130,15 +135,20 @@ def _read_light(
 
 
 def _mix(light: Any) -> tuple[bool, bool]:
-    """Whether a light object is mute, and whether solo.
+    """Whether a light object is mute, and whether solo."""
+    return _switch(light, "mute"), _switch(light, "solo")
+
+
+def _switch(block: Any, name: str) -> bool:
+    """One of Relume's switches of a data-block.
 
     Also where the extension's properties are not registered, as on the command line.
     """
-    if hasattr(light, "relume"):
-        return bool(light.relume.mute), bool(light.relume.solo)
-    kept = light.bl_system_properties_get()
+    if hasattr(block, "relume"):
+        return bool(getattr(block.relume, name))
+    kept = block.bl_system_properties_get()
     group = (None if kept is None else kept.get("relume")) or {}
-    return bool(group.get("mute", False)), bool(group.get("solo", False))
+    return bool(group.get(name, False))
 
 
 def _spread(data: Any, problems: list[str]) -> float:

@@ -35,6 +35,11 @@ class World:
     warnings: tuple[str, ...] = ()
 
     @property
+    def is_black(self) -> bool:
+        """Whether it sends out no light; read then only for its film."""
+        return self.radiance is not None and not self.radiance.any()
+
+    @property
     def needs_baking(self) -> bool:
         """Whether it varies with direction and has no picture yet."""
         return self.radiance is None and self.equirect is None

@@ -22,14 +22,13 @@ PICTURE_HEIGHT = 512
 
 
 def read_world(depsgraph: Any) -> World | None:
-    """The world of a dependency graph's scene; None when it is black.
+    """The world of a dependency graph's scene; None when it is black, unless the film lets it
+    through.
 
     A world that varies with direction comes back without its picture (`World.needs_baking`).
     """
     scene = depsgraph.scene_eval
     world = scene.world
-    if world is None:
-        return None
     visibility = getattr(world, "cycles_visibility", None)
     result = World(
         radiance=None,
@@ -38,16 +37,18 @@ def read_world(depsgraph: Any) -> World | None:
         glossy_visible=visibility is None or bool(visibility.glossy),
         film_transparent=bool(scene.render.film_transparent),
     )
+    if world is None:
+        return _constant(result, np.zeros(3))
     if not world.use_nodes or world.node_tree is None:
         return _constant(result, np.array(world.color, dtype=np.float64))
     node = output_source(world.node_tree, "ShaderNodeOutputWorld")
     if node is None:
-        return None
+        return _constant(result, np.zeros(3))
     if node.bl_idname == "ShaderNodeBackground" and not node.mute:
         color = constant_color(node.inputs["Color"])
         strength = constant_value(node.inputs["Strength"])
         if strength == 0.0:
-            return None
+            return _constant(result, np.zeros(3))
         if color is not None and strength is not None:
             return _constant(result, color * strength)
     return replace(result, fingerprint=world_fingerprint(depsgraph.scene))
@@ -66,7 +67,8 @@ def world_fingerprint(scene: Any) -> str:
 
 
 def _constant(world: World, radiance: NDArray[np.float64]) -> World | None:
-    return replace(world, radiance=radiance) if radiance.any() else None
+    constant = replace(world, radiance=radiance)
+    return None if constant.is_black and not world.film_transparent else constant
 
 
 def render_world(scene: Any, height: int = PICTURE_HEIGHT) -> NDArray[np.float32]:

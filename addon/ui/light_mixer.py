@@ -13,12 +13,17 @@ _MUTE = "Leave this light out of Relume's pictures. It is still drawn by other r
 _SOLO = "Show only this light, and others with solo, in Relume's pictures"
 
 
+def _changed(group: Any, _context: Any) -> None:
+    """Tells Blender of an edit, also where a script makes it."""
+    group.id_data.update_tag()
+
+
 class RELUME_PG_object(bpy.types.PropertyGroup):
     """What an object has that Blender's objects lack."""
 
     __annotations__ = {
-        "mute": bpy.props.BoolProperty(name="Mute", description=_MUTE),
-        "solo": bpy.props.BoolProperty(name="Solo", description=_SOLO),
+        "mute": bpy.props.BoolProperty(name="Mute", description=_MUTE, update=_changed),
+        "solo": bpy.props.BoolProperty(name="Solo", description=_SOLO, update=_changed),
     }
 
 

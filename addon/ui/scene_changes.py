@@ -101,3 +101,11 @@ def scene_key(depsgraph: Any) -> int:
             ]
             entries.append((obj.original.session_uid, tuple(instance.persistent_id), *shown))
     return hash(tuple(entries))
+
+
+def world_key(depsgraph: Any) -> tuple[int, bool]:
+    """Changes when the scene gets another world, or its film lets the world through: neither
+    lists a world."""
+    scene = depsgraph.scene
+    world = scene.world
+    return (0 if world is None else world.session_uid), bool(scene.render.film_transparent)

@@ -62,14 +62,16 @@ class SceneSession:
         store = self._cache.matching(state.fingerprint, state.frame) or self._cache
         self._manifest = store.manifest
         self.session = RelightSession(self._geometry, store, samples)
-        self.set_shadows(depsgraph.scene)
+        self.follow_settings(depsgraph.scene)
         self._warnings = {"geometry": self._geometry.warnings}
         self._check(state)
         self.update(depsgraph, SceneChanges(lights=True, world=True, edits=True))
 
-    def set_shadows(self, scene: Any) -> None:
-        """Find shadows the way that a `bpy.types.Scene` says."""
-        self.session.set_shadows(_SHADOWS[scene.relume.shadows])
+    def follow_settings(self, scene: Any) -> None:
+        """Find shadows the way that a `bpy.types.Scene` says, and leave out what it mutes."""
+        settings = scene.relume
+        self.session.set_shadows(_SHADOWS[settings.shadows])
+        self.session.set_muted(world=settings.mute_world, emission=settings.mute_emission)
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:
         """Tell the session what changed in the scene."""
@@ -82,8 +84,6 @@ class SceneSession:
         if changes.lights:
             lights = read_lights(depsgraph)
             self.session.set_lights(lights)
-            mix = depsgraph.scene.relume
-            self.session.set_muted(world=mix.mute_world, emission=mix.mute_emission)
             self._warnings["lights"] = tuple(text for light in lights for text in light.warnings)
         if changes.lights or changes.edits:
             self.session.set_emitter_linking(read_emitter_linking(depsgraph))

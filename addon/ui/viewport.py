@@ -17,7 +17,7 @@ from ..scene.view_reader import read_viewport
 from . import job, shown_graph
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
-from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key
+from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key, world_key
 from .unbaked_picture import draw_unbaked
 
 if TYPE_CHECKING:
@@ -44,6 +44,7 @@ class Viewport:
         self._announced = False
         self._changes: SceneChanges = NOTHING
         self._key = 0
+        self._world_key: tuple[int, bool] | None = None
         self._key_is_old = True
         self._unbaked_view: View | None = None
         self._texture: gpu.types.GPUTexture | None = None
@@ -71,7 +72,7 @@ class Viewport:
         else:
             target = scene.relume.viewport_samples
             self._opened.session.set_samples(target)
-            self._opened.set_shadows(scene)
+            self._opened.follow_settings(scene)
             unfinished = self._refine(self._opened, view)
             engine.update_stats("Relume", self._status(self._opened, target))
         self._show(engine, scene, view)
@@ -86,6 +87,10 @@ class Viewport:
             if key != self._key:
                 changes = changes | SceneChanges(geometry=True, lights=True)
             self._key = key
+            world = world_key(depsgraph)
+            if world != self._world_key:
+                changes = changes | SceneChanges(world=True)
+            self._world_key = world
         # A bake under way writes the manifest camera by camera; the last one is waited for.
         if self._opened is not None and self._opened.stamp != stamp and job.current() is None:
             self._opened = None

@@ -408,6 +408,9 @@ def test_glowing_objects_light_others(gpu_context: None, room: Any) -> None:
     session.set_lights([sun])
     assert box not in session.render().layers
     assert any("light nothing" in text and box in text for text in session.warnings)
+    # A mute sun outshines nothing.
+    session.set_lights([replace(sun, mute=True)])
+    assert np.array_equal(session.render().layers[box], half)
 
 
 def test_nothing_changed_means_no_work(

@@ -161,6 +161,7 @@ def test_worlds(scene: Any) -> None:
     )
     assert not world.needs_baking
     background.inputs["Strength"].default_value = 0.0
+    scene.render.film_transparent = False
     assert world_of(scene) is None
     background.inputs["Strength"].default_value = 1.0
     sky = scene.world.node_tree.nodes.new("ShaderNodeTexSky")
@@ -193,3 +194,19 @@ def test_picture_of_a_world(scene: Any) -> None:
     np.testing.assert_allclose(picture, want, atol=0.05)
     np.testing.assert_allclose(picture.mean(axis=1), want.mean(axis=1), atol=0.01)
     assert {name: len(getattr(bpy.data, name)) for name in before} == before
+
+
+def test_a_black_world_is_read_for_a_transparent_film(scene: Any) -> None:
+    import bpy
+
+    for black in (None, bpy.data.worlds.new("Black")):
+        if black is not None:
+            black.node_tree.nodes["Background"].inputs["Strength"].default_value = 0.0
+        scene.world = black
+        scene.render.film_transparent = False
+        assert world_of(scene) is None
+        scene.render.film_transparent = True
+        world = world_of(scene)
+        assert world is not None
+        assert world.is_black
+        assert world.film_transparent

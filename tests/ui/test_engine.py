@@ -94,6 +94,17 @@ def test_f12_follows_a_light_edit(scene: Any) -> None:
     np.testing.assert_allclose(after, 2.0 * before, rtol=1e-4, atol=1e-6 * float(before.max()))
 
 
+def test_a_transparent_film_without_a_world(scene: Any) -> None:
+    bpy.data.objects.remove(bpy.data.objects["Plane"])
+    baked(scene)
+    scene.world = None
+    assert f12(scene)[..., 3].min() == 1.0
+    scene.render.film_transparent = True
+    alpha = f12(scene)[..., 3]
+    assert alpha.min() == 0.0
+    assert alpha.max() == 1.0
+
+
 def test_the_render_region_is_cut_out(scene: Any) -> None:
     baked(scene)
     whole = f12(scene)

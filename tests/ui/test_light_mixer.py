@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.light_reader import read_lights
+from addon.scene.view_reader import find_camera, read_view
 from addon.ui.frame_panel import lines
 from addon.ui.light_passes import add_up, light_passes
 from tests.ui.test_engine import baked, f12, scene  # noqa: F401 - the fixture
+from tools.relit import read_scene, unmixed
 
 
 def add_lamp(name: str, location: tuple[float, float, float]) -> Any:
@@ -45,12 +47,18 @@ def test_solo_and_mute_are_read_without_the_extension(tmp_path: Path) -> None:
     bpy.ops.wm.read_factory_settings()
     addon.register()
     bpy.data.objects["Light"].relume.mute = True
+    bpy.context.scene.relume.mute_world = True
     path = str(tmp_path / "scene.blend")
     bpy.ops.wm.save_as_mainfile(filepath=path)
     addon.unregister()
     bpy.ops.wm.open_mainfile(filepath=path)
     (light,) = with_render_depsgraph(bpy.context.scene, read_lights)
     assert (light.mute, light.solo) == (True, False)
+    arrays = read_scene(bpy.context.scene)
+    assert (arrays.mute_world, arrays.mute_emission) == (True, False)
+    # Cycles knows nothing of it.
+    whole = unmixed(arrays)
+    assert (whole.lights[0].mute, whole.mute_world) == (False, False)
 
 
 def test_muted_lights_are_not_in_a_render(scene: Any) -> None:  # noqa: F811
@@ -71,6 +79,22 @@ def test_muted_lights_are_not_in_a_render(scene: Any) -> None:  # noqa: F811
     assert np.abs(without + alone - both).max() < 1e-5
     assert np.abs(alone - (both - without)).max() < 1e-5
     assert alone.max() > 0.01
+
+
+def test_an_open_session_follows_what_the_scene_mutes(scene: Any) -> None:  # noqa: F811
+    from addon.ui.scene_session import SceneSession
+
+    baked(scene)
+
+    def layers(graph: Any) -> set[str]:
+        opened = SceneSession(graph, 1)
+        opened.session.set_view(read_view(graph, find_camera(scene)))
+        before = set(opened.session.render().layers)
+        scene.relume.mute_world = True
+        opened.follow_settings(scene)
+        return before - set(opened.session.render().layers)
+
+    assert with_render_depsgraph(scene, layers) == {"World"}
 
 
 def rendered_channels(scene: Any) -> dict[str, NDArray[np.float32]]:  # noqa: F811

@@ -8,7 +8,7 @@ from typing import Any
 import bpy
 import pytest
 
-from addon.ui.scene_changes import NOTHING, SceneChanges, read_changes, scene_key
+from addon.ui.scene_changes import NOTHING, SceneChanges, read_changes, scene_key, world_key
 
 
 def changes_of(edit: Callable[[], None]) -> tuple[SceneChanges, bool]:
@@ -50,8 +50,10 @@ LIGHTS = SceneChanges(lights=True)
         lambda: setattr(objects()["Light"].data, "energy", 5.0),
         lambda: setattr(objects()["Light"].data, "color", (1, 0, 0)),
         lambda: set_strength(objects()["Light"].data, 3.0),
+        lambda: setattr(objects()["Light"].relume, "mute", True),
+        lambda: setattr(objects()["Light"].relume, "solo", True),
     ],
-    ids=["move", "energy", "colour", "nodes"],
+    ids=["move", "energy", "colour", "nodes", "mute", "solo"],
 )
 def test_a_light_edit_concerns_lights_alone(extension: None, edit: Callable[[], None]) -> None:
     assert changes_of(edit) == (LIGHTS, False)
@@ -129,3 +131,16 @@ def test_a_materials_edit_concerns_what_is_baked(extension: None) -> None:
     assert found.materials
     assert not found.lights
     assert not found.world
+
+
+def test_another_world_changes_its_key(extension: None) -> None:
+    scene = bpy.context.scene
+    keys = [world_key(bpy.context.evaluated_depsgraph_get())]
+    for edit in (
+        lambda: setattr(scene, "world", bpy.data.worlds.new("Other")),
+        lambda: setattr(scene, "world", None),
+        lambda: setattr(scene.render, "film_transparent", True),
+    ):
+        edit()
+        keys.append(world_key(bpy.context.evaluated_depsgraph_get()))
+    assert len(set(keys)) == 4

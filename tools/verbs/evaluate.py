@@ -64,7 +64,14 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
 
     from .. import evaluation, reference
     from ..contact_sheet import write_sheet
-    from ..relit import camera_names, open_session, read_scene, read_views, require_light
+    from ..relit import (
+        camera_names,
+        open_session,
+        read_scene,
+        read_views,
+        require_light,
+        unmixed,
+    )
 
     edits = read_edits(args.lights) if args.lights is not None else {}
     progress(0.0, f"opening {args.scene.name}")
@@ -74,7 +81,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     wanted = args.cameras or camera_names(scene)
     cache = args.cache or args.out / "cache"
     with applied_edits(scene, edits):
-        arrays = read_scene(scene)
+        arrays = unmixed(read_scene(scene))
         shown = read_views(scene, wanted, args.size)
     require_light(scene, arrays)
     cached = cached_preset(cache)

@@ -80,9 +80,9 @@ class FrameGraph:
         """Whether a pass must run."""
         return name in self._dirty
 
-    def clean(self, name: str) -> None:
-        """A pass made all that it has to make of what is current."""
-        self._dirty.discard(name)
+    def clean(self, *names: str) -> None:
+        """Passes made all that they have to make of what is current."""
+        self._dirty.difference_update(names)
 
     def ran(self, name: str, seconds: float, *, last: bool) -> None:
         """A pass ran once, for so long; `last` when it need not run again."""

@@ -44,12 +44,15 @@ from ..scene.world import World
 from .fence import Fence
 from .frame_graph import FrameGraph, FramePass
 from .frame_passes import (
+    CORRESPONDENCE,
     EMISSION_LAYER,
     GEOMETRY,
+    PICTURE,
     SAMPLES,
     SURFACE_EDITS,
     SURFACES,
     VIEW,
+    VISIBLE_SURFACE,
     WORLD,
     WORLD_LAYER,
     LightNode,
@@ -287,6 +290,7 @@ class RelightSession:
         if self._stages.is_preview(staged) and self._graph.seconds(name) is not None:
             self._stages.preview_s = took
         self._graph.ran(name, took, last=self._stages.finished(name))
+        self._clean(name)
         return True
 
     def render(self, progress: Progress = silent) -> Picture:
@@ -302,8 +306,8 @@ class RelightSession:
             done = sum(self._stages.samples(name) for name in names)
             progress(done / (count * len(names)), f"Sample {k + 1} of {count}")
             drawn = self._stages.refine(names, self._drawer)
-            if drawn is not None and self._stages.finished(drawn):
-                self._graph.clean(drawn)
+            if drawn is not None:
+                self._clean(drawn)
         progress(1.0, f"{count} samples")
         layers = {name: self._read_layer(name) for name in self._audible()}
         return Picture(
@@ -384,6 +388,16 @@ class RelightSession:
             if shadow_pass(name) in dirty:
                 self._drawing.forget_shadows(name)
         self._stages.drop(dirty)
+
+    def _clean(self, layer: str) -> None:
+        """Tell the graph that a sample was added to a layer."""
+        # Which needed the view's surfaces.
+        self._graph.clean(VISIBLE_SURFACE, CORRESPONDENCE, SURFACES)
+        if self._stages.finished(layer):
+            light = self._light_of_layer.get(layer)
+            self._graph.clean(layer, *(() if light is None else (shadow_pass(light),)))
+        if self._stages.next_sample(self._wanted()) is None:
+            self._graph.clean(PICTURE)
 
     def _textures_of(self, layer: str) -> int:
         """How many textures a layer has."""

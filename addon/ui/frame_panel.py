@@ -13,13 +13,13 @@ from .engine import ENGINE
 
 
 def lines(graph: FrameGraph) -> list[tuple[str, str, str]]:
-    """(icon, pass and what it reads, time) of every pass, in order."""
+    """(icon, pass, time) of every pass, in order; the icon tells whether it has to run."""
     rows = []
     for each in graph.passes:
         seconds = graph.seconds(each.name)
         took = "" if seconds is None else f"{1000.0 * seconds:.1f} ms"
         icon = "RADIOBUT_ON" if graph.is_dirty(each.name) else "CHECKMARK"
-        rows.append((icon, f"{each.name}  ←  {', '.join(each.inputs)}", took))
+        rows.append((icon, each.name, took))
     return rows
 
 
@@ -43,7 +43,7 @@ class RELUME_PT_frame(bpy.types.Panel):
             return
         column = self.layout.column(align=True)
         for icon, text, took in lines(graph):
-            row = column.split(factor=0.85)
+            row = column.split(factor=0.75)
             row.label(text=text, icon=icon)
             row.label(text=took)
 

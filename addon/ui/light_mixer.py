@@ -44,13 +44,16 @@ class RELUME_UL_lights(bpy.types.UIList):
     ) -> None:
         row = layout.row(align=True)
         row.active = not item.hide_render
-        row.prop(item, "name", text="", emboss=False, icon=f"LIGHT_{item.data.type}")
-        row.prop(item.data, "color", text="")
-        row.prop(item.data, "energy", text="")
-        mute = "MUTE_IPO_ON" if item.relume.mute else "MUTE_IPO_OFF"
+        # As channels of the Video Sequencer and tracks of the NLA Editor have them.
+        mute = "CHECKBOX_DEHLT" if item.relume.mute else "CHECKBOX_HLT"
         solo = "SOLO_ON" if item.relume.solo else "SOLO_OFF"
         row.prop(item.relume, "mute", text="", icon=mute, emboss=False)
         row.prop(item.relume, "solo", text="", icon=solo, emboss=False)
+        split = row.split(factor=0.5, align=True)
+        split.prop(item, "name", text="", emboss=False, icon=f"LIGHT_{item.data.type}")
+        look = split.split(factor=0.3, align=True)
+        look.prop(item.data, "color", text="")
+        look.prop(item.data, "energy", text="")
 
     def filter_items(
         self, context: Any, data: Any, prop: str  # noqa: ARG002
@@ -87,7 +90,7 @@ class RELUME_PT_lights(bpy.types.Panel):
             "RELUME_UL_lights", "", scene, "objects", scene.relume, "active_light", rows=4
         )
         row = layout.row(align=True)
-        row.prop(scene.relume, "mute_world", text="World", icon="WORLD", invert_checkbox=True)
+        row.prop(scene.relume, "mute_world", text="World", invert_checkbox=True)
         row.prop(scene.relume, "mute_emission", text="Emission", invert_checkbox=True)
         layout.prop(scene.relume, "light_passes")
 

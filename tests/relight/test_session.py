@@ -551,3 +551,26 @@ def test_a_shader_is_announced_before_it_is_compiled(gpu_context: None, room: An
     # What was announced was drawn afterwards, and nothing twice.
     assert np.array_equal(session.render().combined, expected)
     shader._programs.update(kept)
+
+
+def test_the_graph_knows_what_is_done(gpu_context: None, room: Any) -> None:
+    session = open_session(room, samples=2)
+    session.set_lights([point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0))])
+
+    def dirty() -> set[str]:
+        return {each.name for each in session.graph.passes if session.graph.is_dirty(each.name)}
+
+    layers = {"Light A", "Light B", "World"}
+    shadows = {"Shadows of A", "Shadows of B"}
+    assert dirty() == {
+        *layers, *shadows, "Picture", "Visible surface", "Correspondence map", "Surfaces",
+    }  # fmt: skip
+    session.step()
+    assert dirty() == {*layers, *shadows, "Picture"}
+    while session.step():
+        pass
+    assert dirty() == set()
+    session.set_lights([point_light("A", (1, 0.5, 1.5)), point_light("B", (-1, 1, 1.0))])
+    assert dirty() == {"Light A", "Shadows of A", "Picture"}
+    session.render()
+    assert dirty() == set()

@@ -136,11 +136,12 @@ def test_a_materials_edit_concerns_what_is_baked(extension: None) -> None:
 def test_another_world_changes_its_key(extension: None) -> None:
     scene = bpy.context.scene
     keys = [world_key(bpy.context.evaluated_depsgraph_get())]
-    for edit in (
-        lambda: setattr(scene, "world", bpy.data.worlds.new("Other")),
-        lambda: setattr(scene, "world", None),
-        lambda: setattr(scene.render, "film_transparent", True),
-    ):
-        edit()
+    edits: list[tuple[Any, str, Any]] = [
+        (scene, "world", bpy.data.worlds.new("Other")),
+        (scene, "world", None),
+        (scene.render, "film_transparent", True),
+    ]
+    for owner, name, value in edits:
+        setattr(owner, name, value)
         keys.append(world_key(bpy.context.evaluated_depsgraph_get()))
     assert len(set(keys)) == 4

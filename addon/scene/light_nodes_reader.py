@@ -24,7 +24,8 @@ from .node_use import used_nodes
 from .tree_lines_reader import tree_lines
 from .written_light import before_controls
 
-# Tables are some megabytes each; this many states of nodes are remembered.
+# Tables are some megabytes each; this many states of nodes are remembered, and each light's last
+# one however many lights there are.
 _MOST_KEPT = 64
 
 # Nodes, and outputs of nodes, that depend on where in the world the light is or how it is turned.
@@ -100,8 +101,10 @@ def remember(key: str, name: str, measured: MeasuredNodes) -> None:
     _known[key] = measured
     _known.move_to_end(key)
     _latest[name] = key
-    while len(_known) > _MOST_KEPT:
-        _known.popitem(last=False)
+    needed = set(_latest.values())
+    past = [old for old in _known if old not in needed]
+    for old in past[: max(len(_known) - _MOST_KEPT, 0)]:
+        del _known[old]
 
 
 def measured_before(name: str) -> MeasuredNodes | None:

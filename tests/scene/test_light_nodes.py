@@ -7,6 +7,7 @@ pixels that are lit. The tables have texels of a third of a degree, or a 512th o
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from pathlib import Path
 from typing import Any
 
@@ -258,3 +259,21 @@ def test_what_is_not_told_is_named(tmp_path: Path) -> None:
     link(tree, path.outputs["Ray Length"], sine.inputs[0])
     link(tree, sine.outputs[0], tree.nodes["Emission"].inputs["Strength"])
     assert "depend on the distance" in read(stage.scene).warnings[0]
+
+
+def test_every_lights_last_state_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    from addon.scene import light_nodes_reader as reader
+
+    monkeypatch.setattr(reader, "_known", OrderedDict())
+    monkeypatch.setattr(reader, "_latest", {})
+    white = reader.MeasuredNodes(np.ones(3))
+    for number in range(100):
+        reader.remember(f"first {number}", f"Lamp {number}", white)
+    assert all(reader.known(f"first {number}") for number in range(100))
+    # Of one light that is edited, past states go first.
+    for number in range(100):
+        reader.remember(f"edit {number}", "Lamp 0", white)
+    assert all(reader.known(f"first {number}") for number in range(1, 100))
+    assert reader.known("first 0") is None
+    assert reader.measured_before("Lamp 0") is reader.known("edit 99") is white
+    assert reader.known("edit 0") is None

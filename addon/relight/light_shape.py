@@ -46,6 +46,10 @@ def cell_share(light: Light, count: int) -> float:
     return 1.0 / count if light.type in ("SUN", "AREA") else 1.0
 
 
+# As addon/glsl/lib/light.glsl has it: no more than that many times the light's intensity.
+MOST_RADIANCE = 1e29
+
+
 def cell(light: Light, count: int) -> float:
     """The squared radius of a disk as large as what lobes see of the light in one sample.
 
@@ -70,4 +74,4 @@ def cell_radiance(light: Light, count: int) -> float:
     """Radiance of what lobes see of the light in one sample, for `Light.intensity` 1: such that
     the mean over the samples is that of the whole light."""
     extent = np.pi * cell(light, count)
-    return 1.0 / extent if extent > 0.0 else 0.0
+    return min(1.0 / extent, MOST_RADIANCE) if extent > 0.0 else 0.0

@@ -111,7 +111,7 @@ class RelumeEngine(bpy.types.RenderEngine):
                         part = pixels[bottom:top, left:right].astype(np.float32)
                         target.rect.foreach_set(part.ravel())
         finally:
-            # Blender crashes over a result that is left open.
+            # Whatever happens, Blender gets its result back.
             self.end_result(result)
 
     def view_update(self, context: Any, depsgraph: Any) -> None:  # noqa: ARG002

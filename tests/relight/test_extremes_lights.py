@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from addon.relight.light_sample import LightSample, light_sample
-from addon.relight.light_shape import cell_radiance
+from addon.relight.light_shape import MOST_RADIANCE, cell_radiance
 from addon.scene.light import Light
 from addon.scene.mesh_light import mesh_light
 from tests.reference import light_pass as twin
@@ -141,3 +141,8 @@ def test_highlights_of_every_size(glossy: Lamps, kind: str) -> None:
         matte_part = rule_of(glossy, replace(one, specular_factor=0.0), sample).want
         # The lobes' bounces between facets add less than their albedo once more.
         assert (got - 1.01 * matte_part <= 2.0 * brightest).all()
+
+
+def test_a_radiance_beyond_float32_is_clamped() -> None:
+    speck = Light("Speck", "AREA", np.eye(4), 100.0, np.ones(3), size=1e-20)
+    assert cell_radiance(speck, 1) == MOST_RADIANCE

@@ -94,6 +94,11 @@ class LayerDrawing:
         for moved in (False, True):
             self._touching.pop((light, moved), None)
 
+    def forget_light(self, light: str) -> None:
+        """A light is gone."""
+        self.forget_shadows(light)
+        self._light_pass.forget(light)
+
     def set_shadows(self, shadows: ShadowSettings) -> None:
         """Find shadows another way, or draw finer maps."""
         self._settings = shadows

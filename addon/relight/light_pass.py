@@ -95,6 +95,10 @@ class LightPass:
         self._filters = LightFilters()
         self._programs: dict[_Variant, ShaderProgram] = {}
 
+    def forget(self, light: str) -> None:
+        """A light is gone: what was uploaded for it is let go."""
+        self._filters.forget(light)
+
     def set_layout(self, layout: SurfaceLayout) -> None:
         """Read surfaces that are laid out otherwise from now on."""
         if layout != self._layout:

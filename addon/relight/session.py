@@ -183,7 +183,7 @@ class RelightSession:
         self._forget(self._graph.replace(self._passes()))
         self._touch(*touched)
         for name in gone:
-            self._drawing.forget_shadows(name)
+            self._drawing.forget_light(name)
         if edited:
             self._edited = tuple(layer_pass(name) for name in new if name in edited)
 

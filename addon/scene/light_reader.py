@@ -25,6 +25,10 @@ from .light_nodes_reader import (
 from .written_light import is_visible
 
 
+# W/sr: with it, the radiance of a surface a micrometre away is still a float32.
+_BRIGHTEST = 1e25
+
+
 def read_lights(depsgraph: Any) -> tuple[Light, ...]:
     """The lights that a render of this dependency graph has, instances too.
 
@@ -33,7 +37,16 @@ def read_lights(depsgraph: Any) -> tuple[Light, ...]:
     render (`with_render_depsgraph`): the viewport's does not know what collections hide.
     """
     lights = (_with_nodes(light, data) for light, data in _without_nodes(depsgraph))
-    return tuple(light for light in lights if light.is_lit)
+    return tuple(_finite(light) for light in lights if light.is_lit)
+
+
+def _finite(light: Light) -> Light:
+    """The light, or where pictures cannot hold what it sends, one without light that says so."""
+    if (np.abs(light.intensity) < _BRIGHTEST).all():  # False for what is no number, too
+        return light
+    refused = f"light '{light.name}': its colour or power is beyond all measure; it gives no light"
+    dark = replace(light, energy=0.0, exposure=0.0, color=np.zeros(3))
+    return replace(dark, warnings=(*light.warnings, refused))
 
 
 def read_muted(scene: Any) -> tuple[bool, bool]:

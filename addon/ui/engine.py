@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Mapping
 from typing import Any
 
@@ -50,6 +51,10 @@ class RelumeEngine(bpy.types.RenderEngine):
             passes = {"Combined": draw_unbaked(depsgraph, view)}
         except Cancelled:
             return
+        except Exception as error:  # noqa: BLE001 - Blender crashes where one leaves a render
+            traceback.print_exc()
+            self._refuse(error)
+            return
         self._deliver(depsgraph, passes)
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
@@ -86,7 +91,7 @@ class RelumeEngine(bpy.types.RenderEngine):
         self.update_progress(fraction)
         self.update_stats("", f"Relume: {message}")
 
-    def _refuse(self, error: InputError) -> None:
+    def _refuse(self, error: Exception) -> None:
         """Say why there is no relit picture."""
         self.update_stats("", f"Relume: {error}")
         self.report({"ERROR"}, f"Relume: {error}")

@@ -574,3 +574,14 @@ def test_the_graph_knows_what_is_done(gpu_context: None, room: Any) -> None:
     assert dirty() == {"Light A", "Shadows of A", "Picture"}
     session.render()
     assert dirty() == set()
+
+
+def test_what_was_made_for_a_light_goes_with_it(gpu_context: None, room: Any) -> None:
+    session = open_session(room)
+    session.set_lights([point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.0))])
+    session.render()
+    made = session._drawing._light_pass._filters._made
+    assert set(made) == {"A", "B"}
+    session.set_lights([point_light("B", (-1, 1, 1.0))])
+    session.render()
+    assert set(made) == {"B"}

@@ -111,6 +111,18 @@ def test_temperature_and_nodes(scene: Any) -> None:
     assert "Off" not in lights
 
 
+@pytest.mark.parametrize("color", [(float("inf"), 1.0, 1.0), (1.0, float("nan"), 1.0)])
+def test_a_light_without_a_finite_power_gives_none_and_says_so(scene: Any, color: Any) -> None:
+    lamp = add(scene, "Broken", "POINT")
+    lamp.data.color = color
+    add(scene, "Whole", "POINT")
+    lights = read(scene)
+    assert not lights["Broken"].is_lit
+    assert any("beyond all measure" in warning for warning in lights["Broken"].warnings)
+    assert lights["Whole"].is_lit
+    assert lights["Whole"].warnings == ()
+
+
 def test_instances_have_names_of_their_own(scene: Any) -> None:
     import bpy
 

@@ -220,3 +220,18 @@ def test_a_frame_is_shown_as_it_was_baked(scene: Any) -> None:
     scene.relume.cache_folder = str(alone)
     np.testing.assert_array_equal(moved, f12(scene))
     assert not np.array_equal(moved, first)
+
+
+def test_an_error_inside_ends_the_render_alone(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is reported, and the next render is whole again."""
+    baked(scene)
+    whole = f12(scene)
+
+    def broken(*_: Any) -> None:
+        raise ValueError("something unforeseen")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(RelightSession, "render", broken)
+        with pytest.raises(RuntimeError, match="something unforeseen"):
+            bpy.ops.render.render()
+    assert np.array_equal(f12(scene), whole)

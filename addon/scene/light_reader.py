@@ -24,7 +24,6 @@ from .light_nodes_reader import (
 )
 from .written_light import is_visible
 
-
 # W/sr: with it, the radiance of a surface a micrometre away is still a float32.
 _BRIGHTEST = 1e25
 

@@ -33,9 +33,6 @@ from .picture_file import PictureFile, read_picture, write_exr
 MIN_TRANSPARENT_BOUNCES = 64
 # More lights than this are rendered in so many groups, which bounds the time.
 MAX_GROUPS = 8
-# How many times more samples the render without lights takes: all that glows and the whole world
-# share them, which leaves more noise than a light by itself.
-BASE_SAMPLES = 2
 # The label of nodes that say whether what glows lights others.
 _SWITCH = "Relume: glow lights others"
 
@@ -198,8 +195,7 @@ def render_reference(
     Args:
         scene: a `bpy.types.Scene`.
         camera: the camera's object.
-        samples: of a pixel for each light, in all; half of them with each of two seeds. What is
-            lit without lights takes BASE_SAMPLES times as many.
+        samples: of a pixel for each light, in all; half of them with each of two seeds.
         progress: told of each render.
         known: the same view's reference before an edit; its layers are taken over,
         changed: but those of these lights.
@@ -219,8 +215,7 @@ def render_reference(
             choose(group)
             # Other seeds for other lights, so that their noise at edges does not add up.
             seeds = (first_seed + 2 * number, first_seed + 2 * number + 1)
-            count = half if group else BASE_SAMPLES * half
-            pictures = [render_passes(scene, place, count, seed) for seed in seeds]
+            pictures = [render_passes(scene, place, half, seed) for seed in seeds]
             if group:
                 layers[group] = (_lit(pictures[0]), _lit(pictures[1]))
             else:

@@ -112,11 +112,11 @@ def measure(runs: int) -> tuple[list[PixelCost], dict[str, float]]:
 def _cases() -> list[tuple[str, Callable[[], None], int]]:
     """(name, what runs one light's pass to its end, bytes that it moves for each pixel)."""
     from addon.glsl.shader import framebuffer, texture_2d, texture_from_array
-    from addon.relight.albedo_pass import AlbedoTextures
-    from addon.relight.fence import Fence
-    from addon.relight.light_pass import LightPass
-    from addon.relight.light_sample import light_sample
-    from addon.relight.traced_shadow import TracedShadow
+    from addon.relight.layers.fence import Fence
+    from addon.relight.light_points.light_sample import light_sample
+    from addon.relight.lights.light_pass import LightPass
+    from addon.relight.shading.albedo_pass import AlbedoTextures
+    from addon.relight.shadows.traced_shadow import TracedShadow
     from addon.scene.light import Light
     from tests.reference.surfaces import random_surfaces
 
@@ -168,8 +168,8 @@ def _only(surface: Any, fields: tuple[str, ...]) -> Any:
 def _bandwidth(runs: int) -> float:
     """Bytes a second of the pass that adds up four textures."""
     from addon.glsl.shader import framebuffer, texture_2d
-    from addon.relight.fence import Fence
-    from addon.relight.sum_pass import Addend, SumPass
+    from addon.relight.layers.fence import Fence
+    from addon.relight.layers.sum_pass import Addend, SumPass
 
     fence, sums = Fence(), SumPass()
     textures = [texture_2d(SIZE, SIZE) for _ in range(5)]
@@ -185,7 +185,7 @@ def _bandwidth(runs: int) -> float:
 def _arithmetic(runs: int) -> float:
     """float32 operations a second of a pass that multiplies and adds vec4s."""
     from addon.glsl.shader import PassShader, framebuffer, texture_2d
-    from addon.relight.fence import Fence
+    from addon.relight.layers.fence import Fence
 
     fence, texture = Fence(), texture_2d(SIZE, SIZE)
     target = framebuffer([texture])

@@ -97,7 +97,7 @@ class LightDesk:
     """
 
     def __init__(self, session: RelightSession, lights: Sequence[Light]) -> None:
-        from addon.relight.fence import Fence
+        from addon.relight.layers.fence import Fence
 
         self._session = session
         self._fence = Fence()

@@ -138,7 +138,7 @@ def _relight(
 
     An edit follows its shot at once, so that the session keeps the layers of the other lights.
     """
-    from addon.relight.edits import applied_edits
+    from addon.relight.edits.edits_file import applied_edits
 
     from . import demo_scene
     from .evaluation import Shot, relight_view
@@ -170,7 +170,7 @@ def _measure(
     progress: Progress,
 ) -> None:
     """Render the references; those with edited lights start from those without."""
-    from addon.relight.edits import applied_edits
+    from addon.relight.edits.edits_file import applied_edits
 
     from .demo_scene import LIGHT_EDITS
     from .evaluation import measure_all

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from addon.relight.frame_graph import FrameGraph
-from addon.relight.frame_passes import LightNode, frame_passes
+from addon.relight.graph.frame_graph import FrameGraph
+from addon.relight.graph.frame_passes import LightNode, frame_passes
 
 
 def frame_chart() -> str:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Measures Cycles' sheen, and writes the table that Relume shades it with.
 
-    python -m tools.measure_sheen [addon/relight/sheen_table.npy]
+    python -m tools.measure_sheen [addon/relight/shading/sheen_table.npy]
 
 The microfiber sheen of Cycles is a linearly transformed cosine (Zeltner, Burley and Chiang,
 Practical Multiple-Scattering Sheen Using Linearly Transformed Cosines, 2022): with the view in the
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 NODES = 32
-TABLE = Path("addon/relight/sheen_table.npy")
+TABLE = Path("addon/relight/shading/sheen_table.npy")
 
 # The first node is the view along the surface, from which no picture can be taken. Cycles mixes
 # its table's nodes, so halfway to the second one it shows their mean.

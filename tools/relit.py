@@ -19,7 +19,7 @@ from addon.scene.world import World
 
 if TYPE_CHECKING:
     from addon.relight.session import RelightSession
-    from addon.relight.shadow_frustum import ShadowMethod
+    from addon.relight.shadows.shadow_frustum import ShadowMethod
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ def open_session(
             at this frame; or there is no driver to draw with.
     """
     from addon.relight.session import RelightSession
-    from addon.relight.shadow_frustum import ShadowSettings
+    from addon.relight.shadows.shadow_frustum import ShadowSettings
 
     from .cache_check import check_cache
     from .gpu_context import open_gpu

@@ -41,9 +41,8 @@ from ..scene.light_linking import LightLinking
 from ..scene.surface_edit import SurfaceEdits
 from ..scene.view import View
 from ..scene.world import World
-from .fence import Fence
-from .frame_graph import FrameGraph, FramePass
-from .frame_passes import (
+from .graph.frame_graph import FrameGraph, FramePass
+from .graph.frame_passes import (
     CORRESPONDENCE,
     EMISSION_LAYER,
     GEOMETRY,
@@ -61,15 +60,16 @@ from .frame_passes import (
     light_input,
     shadow_pass,
 )
-from .glowing_objects import GlowingObjects
-from .layer_drawing import LayerDrawing
-from .layer_stack import LayerStack, LightLayer
-from .layer_stages import LayerStages
-from .light_edit import changed_parts, layer_scale
-from .light_mix import LightMix, MixPart
-from .picture import Picture
-from .shadow_frustum import ShadowSettings
-from .world_pass import WorldTextures
+from .layers.fence import Fence
+from .layers.layer_drawing import LayerDrawing
+from .layers.layer_stack import LayerStack, LightLayer
+from .layers.layer_stages import LayerStages
+from .layers.light_mix import LightMix, MixPart
+from .layers.picture import Picture
+from .lights.glowing_objects import GlowingObjects
+from .lights.light_edit import changed_parts, layer_scale
+from .shadows.shadow_frustum import ShadowSettings
+from .world.world_pass import WorldTextures
 
 if TYPE_CHECKING:
     from ..caching.store import CacheStore

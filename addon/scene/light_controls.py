@@ -107,7 +107,7 @@ class Slide:
 
     The light is multiplied by 1 - density (1 - t). t is the picture at p - offset, turned back by
     the rotation and divided by the scale, with (0, 0) in its middle: bilinear between its texels,
-    where it is transparent 1. addon/relight/slide_picture.py makes one picture of all this.
+    where it is transparent 1. addon/relight/filters/slide_picture.py makes one picture of all this.
 
     Attributes:
         pixels: (H, W, 4) float32, scene-linear, row 0 at the bottom, alpha straight.

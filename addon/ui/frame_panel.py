@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from ..relight.frame_graph import FrameGraph
+from ..relight.graph.frame_graph import FrameGraph
 from . import shown_graph
 from .engine import ENGINE
 

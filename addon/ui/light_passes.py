@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..relight.frame_passes import EMISSION_LAYER, WORLD_LAYER
+from ..relight.graph.frame_passes import EMISSION_LAYER, WORLD_LAYER
 
 # Blender keeps a pass's name in 64 bytes.
 _LONGEST = 63

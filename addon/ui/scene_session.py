@@ -11,7 +11,7 @@ from ..caching.scene_state import SceneState
 from ..caching.store import CacheStore
 from ..caching.what_changed import surely_stale
 from ..relight.session import RelightSession
-from ..relight.shadow_frustum import ShadowSettings
+from ..relight.shadows.shadow_frustum import ShadowSettings
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_linking_reader import read_emitter_linking
 from ..scene.light_reader import read_lights

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from ..relight.frame_graph import FrameGraph
+from ..relight.graph.frame_graph import FrameGraph
 
 
 class _Shown:

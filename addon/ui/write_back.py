@@ -17,7 +17,7 @@ import bpy
 import numpy as np
 
 from ..errors import InputError
-from ..relight.slide_picture import slide_picture
+from ..relight.filters.slide_picture import slide_picture
 from ..scene.light_controls import LightControls
 from ..scene.written_light import COLOR, GROUP_MARK, OBJECT_MARK, is_written_node, take_out
 from .moving_controls import animation_curves, moving_controls, with_moving

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from ..relight.slide_picture import SlidePicture
+from ..relight.filters.slide_picture import SlidePicture
 from ..scene.light_controls import (
     BarnDoors,
     Blocker,

@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 
-from addon.relight.directional_albedo import (
+from addon.relight.shading.directional_albedo import (
     DIELECTRIC_NODES,
     NODES,
     albedo_tables,
     dielectric_weight,
 )
-from addon.relight.sheen_table import sheen_table
+from addon.relight.shading.sheen_table import sheen_table
 
 from .surfaces import Surfaces
 

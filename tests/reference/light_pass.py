@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.relight.light_objects import ObjectShares
-from addon.relight.light_sample import LightSample
+from addon.relight.light_points.light_sample import LightSample
+from addon.relight.lights.light_objects import ObjectShares
 from addon.scene.light import Light
 from addon.scene.light_controls import NEUTRAL
 

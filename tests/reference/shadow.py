@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from addon.relight.shadow_frustum import ShadowFrustum
+from addon.relight.shadows.shadow_frustum import ShadowFrustum
 
 from .bsdf import dot
 

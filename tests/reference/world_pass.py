@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
-from addon.relight.world_light import LEVELS, LOBE_ROUGHNESS, WorldLight
+from addon.relight.world.world_light import LEVELS, LOBE_ROUGHNESS, WorldLight
 from addon.scene.view import View
 from addon.scene.world import World
 

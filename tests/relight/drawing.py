@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.glsl.shader import framebuffer, read_texture, texture_2d
-from addon.relight.albedo_pass import AlbedoTextures
-from addon.relight.light_objects import ObjectShares
-from addon.relight.light_pass import LightPass
-from addon.relight.light_sample import LightSample
-from addon.relight.shadow import Shadow
+from addon.relight.light_points.light_sample import LightSample
+from addon.relight.lights.light_objects import ObjectShares
+from addon.relight.lights.light_pass import LightPass
+from addon.relight.shading.albedo_pass import AlbedoTextures
+from addon.relight.shading.shadow import Shadow
 from addon.scene.light import Light
 from tests.reference.surfaces import Surfaces
 

@@ -26,8 +26,8 @@ from numpy.typing import NDArray
 
 from addon.caching.channels import CHANNEL_BY_NAME
 from addon.glsl.shader import framebuffer, read_texture, texture_2d
-from addon.relight.light_pass import LightPass
-from addon.relight.light_sample import LightSample
+from addon.relight.light_points.light_sample import LightSample
+from addon.relight.lights.light_pass import LightPass
 from addon.scene.light import Light
 from tests.reference.surfaces import Surfaces
 

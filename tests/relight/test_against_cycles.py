@@ -125,10 +125,10 @@ def relit_picture(
     from addon.corrmap.geometry_buffer import GeometryBuffer
     from addon.corrmap.visible_surface import VisibleSurfacePass
     from addon.glsl.shader import read_texture
-    from addon.relight.light_sample import light_sample
-    from addon.relight.shadow import Shadow
-    from addon.relight.shadow_pass import ShadowPass
-    from addon.relight.traced_shadow import TracedShadowPass
+    from addon.relight.light_points.light_sample import light_sample
+    from addon.relight.shading.shadow import Shadow
+    from addon.relight.shadows.shadow_pass import ShadowPass
+    from addon.relight.shadows.traced_shadow import TracedShadowPass
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
     from addon.scene.light_reader import read_lights

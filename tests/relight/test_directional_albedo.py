@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from addon.relight.directional_albedo import (
+from addon.relight.shading.directional_albedo import (
     DIELECTRIC_NODES,
     NODES,
     albedo_tables,

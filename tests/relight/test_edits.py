@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from addon.errors import InputError
-from addon.relight.edits import applied_edits, read_edits
+from addon.relight.edits.edits_file import applied_edits, read_edits
 
 
 @pytest.fixture

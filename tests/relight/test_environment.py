@@ -12,7 +12,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.caching.plan import ChannelPlan
-from addon.relight.equirect import bilinear, directions, place_of, solid_angles
+from addon.relight.world.equirect import bilinear, directions, place_of, solid_angles
 from addon.scene.geometry import SceneGeometry
 from addon.scene.view import PixelFilter, View
 from addon.scene.world import World
@@ -131,8 +131,8 @@ def test_it_converges_to_quadrature(sun: float, gloss: bool) -> None:
 
 def test_one_colour_costs_nothing_more(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where occlusion is baked and all is Lambert's, no direction and no ray is needed."""
-    from addon.relight.environment import EnvironmentLight
     from addon.relight.session import RelightSession
+    from addon.relight.world.environment import EnvironmentLight
 
     def refuse(*_args: Any) -> None:
         raise AssertionError("not needed")

@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.glsl.shader import read_texture
-from addon.relight.environment_pass import DirectionPass, RayPass
-from addon.relight.equirect import bilinear, directions, place_of
-from addon.relight.shadow_frustum import ShadowSettings
-from addon.relight.shadow_pass import ShadowPass
-from addon.relight.world_directions import Directions, sobol_points
-from addon.relight.world_pass import WorldTextures
+from addon.relight.shadows.shadow_frustum import ShadowSettings
+from addon.relight.shadows.shadow_pass import ShadowPass
+from addon.relight.world.environment_pass import DirectionPass, RayPass
+from addon.relight.world.equirect import bilinear, directions, place_of
+from addon.relight.world.world_directions import Directions, sobol_points
+from addon.relight.world.world_pass import WorldTextures
 from addon.scene.world import World
 from tests.reference import environment as twin
 from tests.reference.bsdf import Lobe, dot

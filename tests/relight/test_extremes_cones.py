@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import NARROWEST_SPREAD, Light
 from tests.reference import light_pass as twin
 from tests.reference.surfaces import Surfaces, surfaces

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import Light
 from addon.scene.light_controls import (
     NEUTRAL,

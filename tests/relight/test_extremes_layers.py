@@ -12,9 +12,9 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.glsl.shader import read_texture, texture_from_array
-from addon.relight.light_edit import layer_scale, layer_tint
-from addon.relight.light_mix import LightMix, MixPart
-from addon.relight.sum_pass import Addend, SumPass
+from addon.relight.layers.light_mix import LightMix, MixPart
+from addon.relight.layers.sum_pass import Addend, SumPass
+from addon.relight.lights.light_edit import layer_scale, layer_tint
 from addon.scene.light import Light
 from addon.scene.light_controls import Falloff, LightControls, ShadowControls
 from tests.synthetic import box, cube_cameras, geometry_of, looking_at, perspective_view

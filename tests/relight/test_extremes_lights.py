@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import LightSample, light_sample
-from addon.relight.light_shape import MOST_RADIANCE, cell_radiance
+from addon.relight.light_points.light_sample import LightSample, light_sample
+from addon.relight.lights.light_shape import MOST_RADIANCE, cell_radiance
 from addon.scene.light import Light
 from addon.scene.mesh_light import mesh_light
 from tests.reference import light_pass as twin

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import Light
 from tests.reference import light_pass as twin
 from tests.reference.surfaces import Surfaces

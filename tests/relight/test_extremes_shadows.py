@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
-from addon.relight.light_sample import light_sample
-from addon.relight.shadow_frustum import ShadowSettings
-from addon.relight.shadow_pass import ShadowPass
-from addon.relight.traced_shadow import TracedShadowPass
+from addon.relight.light_points.light_sample import light_sample
+from addon.relight.shadows.shadow_frustum import ShadowSettings
+from addon.relight.shadows.shadow_pass import ShadowPass
+from addon.relight.shadows.traced_shadow import TracedShadowPass
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 from tests.reference import light_pass as light_twin
@@ -36,7 +36,7 @@ _passes: dict[Any, Any] = {}
 
 def share(geometry: SceneGeometry, light: Light, surface: Surfaces, method: str) -> Array:
     """(H, W) of the light that arrives, over what would without a shadow."""
-    from addon.relight.light_pass import LightPass
+    from addon.relight.lights.light_pass import LightPass
 
     sample = light_sample(light, 0, 1)
     buffer = surface.upload()

@@ -10,14 +10,14 @@ import pytest
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.glsl.shader import read_texture
-from addon.relight.environment_pass import DirectionPass, RayPass
-from addon.relight.equirect import directions
-from addon.relight.shadow_frustum import ShadowSettings
-from addon.relight.shadow_pass import ShadowPass
-from addon.relight.world_directions import Directions, sobol_points
-from addon.relight.world_light import prepare_world
-from addon.relight.world_pass import AmbientPass, WorldTextures
-from addon.relight.world_split import split_world
+from addon.relight.shadows.shadow_frustum import ShadowSettings
+from addon.relight.shadows.shadow_pass import ShadowPass
+from addon.relight.world.environment_pass import DirectionPass, RayPass
+from addon.relight.world.equirect import directions
+from addon.relight.world.world_directions import Directions, sobol_points
+from addon.relight.world.world_light import prepare_world
+from addon.relight.world.world_pass import AmbientPass, WorldTextures
+from addon.relight.world.world_split import split_world
 from addon.scene.world import World
 from tests.reference import environment as twin
 from tests.reference import world_pass as world_twin

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import pytest
 
-from addon.relight.frame_graph import FrameGraph, FramePass
-from addon.relight.frame_passes import LightNode, frame_passes, light_input
+from addon.relight.graph.frame_graph import FrameGraph, FramePass
+from addon.relight.graph.frame_passes import LightNode, frame_passes, light_input
 
 KEY = LightNode("Key", casts=True, follows_view=False)
 SUN = LightNode("Sun", casts=True, follows_view=True)

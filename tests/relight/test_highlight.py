@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.relight.light_cells import concentric, disk_cells, square_cells
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_cells import concentric, disk_cells, square_cells
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import Light
 from tests.reference import light_pass as twin
 from tests.reference.bsdf import Lobe

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from addon.relight.layer_stack import LayerStack, LightLayer
+from addon.relight.layers.layer_stack import LayerStack, LightLayer
 
 pytestmark = pytest.mark.usefixtures("gpu_context")
 
@@ -16,7 +16,7 @@ NAMES = ["Point", "Area"]
 
 def shown_samples(count: int, *, slow: bool = False) -> dict[str, list[tuple[int, int, int]]]:
     """For each layer, (stride, samples shown, of how many) after every sample that is drawn."""
-    from addon.relight.layer_stages import LayerStages
+    from addon.relight.layers.layer_stages import LayerStages
 
     stages = LayerStages(count, lambda _: 1, lambda name: name == "Area")
     stages.preview_s = 1.0 if slow else 0.0

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import Light
 from tests.reference.surfaces import surfaces
 from tests.synthetic import looking_at

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.relight.light_edit import changed_parts, layer_scale, layer_tint
+from addon.relight.lights.light_edit import changed_parts, layer_scale, layer_tint
 from addon.scene.light import Light
 from addon.scene.light_controls import (
     BarnDoors,

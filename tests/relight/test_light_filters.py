@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.relight.light_filters import LightFilters
-from addon.relight.light_sample import light_sample
+from addon.relight.filters.light_filters import LightFilters
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import Light
 from addon.scene.light_controls import (
     NEUTRAL,

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.corrmap.visible_surface import VisibleSurfacePass
 from addon.glsl.shader import PassShader, ShaderProgram, read_texture
-from addon.relight.light_contact import touches_surface
-from addon.relight.light_objects import LightObjects
-from addon.relight.light_sample import light_sample
-from addon.relight.shadow_frustum import ShadowSettings
-from addon.relight.shadow_pass import ShadowPass
+from addon.relight.light_points.light_contact import touches_surface
+from addon.relight.light_points.light_sample import light_sample
+from addon.relight.lights.light_objects import LightObjects
+from addon.relight.shadows.shadow_frustum import ShadowSettings
+from addon.relight.shadows.shadow_pass import ShadowPass
 from addon.scene.geometry import Cutout, SceneGeometry
 from addon.scene.light import Light
 from addon.scene.light_linking import (

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_sample import light_sample
 from addon.scene.light import Light
 from addon.scene.light_profile import LightProfile
 from tests.reference.light_profile import over_area as over_area_of
@@ -90,7 +90,7 @@ def test_places_of_an_area_light_are_their_twin(count: int) -> None:
 
 def test_profiles_compile_for_traced_shadows() -> None:
     """The pass that sends rays asks the same filters, with less around them."""
-    from addon.relight.light_reach import ReachPass
+    from addon.relight.lights.light_reach import ReachPass
 
     lit = np.array([[[0.0, 0.0, -1.0]]])
     surface = surfaces(lit, np.array([[[0.0, 0.0, 1.0]]]), eye=(0.0, 0.0, 0.0))

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from addon.caching.plan import ChannelPlan
 from addon.corrmap.surface_layout import SurfaceLayout
-from addon.relight.light_sample import light_sample
-from addon.relight.mesh_lights import Glow, glow, mesh_lights, shares
-from addon.relight.shadow_pass import ShadowPass
-from addon.relight.traced_shadow import TracedShadowPass
+from addon.relight.light_points.light_sample import light_sample
+from addon.relight.lights.mesh_lights import Glow, glow, mesh_lights, shares
+from addon.relight.shadows.shadow_pass import ShadowPass
+from addon.relight.shadows.traced_shadow import TracedShadowPass
 from addon.scene.light import Light
 from addon.scene.mesh_light import MeshLight, mesh_light
 from tests.reference import light_pass as light_twin

@@ -10,12 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.glsl.shader import texture_from_array
-from addon.relight.light_sample import light_sample
-from addon.relight.light_shape import has_extent
-from addon.relight.sum_pass import Addend, SumPass
-from addon.relight.surface_pass import EmissionPass
-from addon.relight.world_light import prepare_world
-from addon.relight.world_pass import AmbientPass, BackgroundPass, WorldTextures
+from addon.relight.layers.sum_pass import Addend, SumPass
+from addon.relight.light_points.light_sample import light_sample
+from addon.relight.lights.light_shape import has_extent
+from addon.relight.shading.surface_pass import EmissionPass
+from addon.relight.world.world_light import prepare_world
+from addon.relight.world.world_pass import AmbientPass, BackgroundPass, WorldTextures
 from addon.scene.light import Light
 from addon.scene.world import World
 from tests.reference import light_pass as light_twin

@@ -352,7 +352,7 @@ def test_a_slow_view_is_shown_coarsely_first(gpu_context: None, room: Any) -> No
 def test_traced_shadows(gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both ways show one picture, but for pixels at the shadows' edges; changing the way redoes
     the lights' layers, and no other."""
-    from addon.relight.shadow_frustum import ShadowSettings
+    from addon.relight.shadows.shadow_frustum import ShadowSettings
 
     session = open_session(room)
     session.set_lights([point_light("A", (1, 1, 1.5))])

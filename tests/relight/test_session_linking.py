@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.glsl.shader import read_texture
-from addon.relight.light_edit import changed_parts
+from addon.relight.lights.light_edit import changed_parts
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 from addon.scene.light_linking import LightLinking, LinkedObjects, ObjectSelection, ObjectWeight
@@ -103,7 +103,7 @@ def test_each_stage_of_the_picture(
 ) -> None:
     """Coarse, preview and refined layers alike leave out what is not lit."""
     from addon.relight.session import RelightSession
-    from addon.relight.shadow_frustum import ShadowSettings
+    from addon.relight.shadows.shadow_frustum import ShadowSettings
 
     geometry, store, view = room
     shadows = ShadowSettings(method="traced" if traced else "map")

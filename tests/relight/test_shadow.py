@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.glsl.shader import read_texture
-from addon.relight.light_contact import touches_surface
-from addon.relight.light_sample import LightSample, light_sample
-from addon.relight.shadow_frustum import ShadowSettings, shadow_frustum
-from addon.relight.shadow_pass import ShadowMap, ShadowPass
+from addon.relight.light_points.light_contact import touches_surface
+from addon.relight.light_points.light_sample import LightSample, light_sample
+from addon.relight.shadows.shadow_frustum import ShadowSettings, shadow_frustum
+from addon.relight.shadows.shadow_pass import ShadowMap, ShadowPass
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 from tests.reference import light_pass as light_twin

@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import LightSample
-from addon.relight.shadow_cache import ShadowCache
+from addon.relight.light_points.light_sample import LightSample
+from addon.relight.shadows.shadow_cache import ShadowCache
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
-from addon.relight.light_sample import light_sample
-from addon.relight.shadow_frustum import ShadowSettings, shadow_frustum
-from addon.relight.shadow_light import shadow_light
-from addon.relight.shadow_pass import ShadowPass
+from addon.relight.light_points.light_sample import light_sample
+from addon.relight.shadows.shadow_frustum import ShadowSettings, shadow_frustum
+from addon.relight.shadows.shadow_light import shadow_light
+from addon.relight.shadows.shadow_pass import ShadowPass
 from addon.scene.light import Light
 from addon.scene.light_controls import (
     NEUTRAL,

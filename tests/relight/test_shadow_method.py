@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from addon.relight.shadow_frustum import ShadowSettings
+from addon.relight.shadows.shadow_frustum import ShadowSettings
 from addon.scene.light import Light
 
 LAMP = Light("Lamp", "POINT", np.eye(4), 1.0, np.ones(3))

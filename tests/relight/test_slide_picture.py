@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy import ndimage, special
 
-from addon.relight.slide_picture import slide_picture
+from addon.relight.filters.slide_picture import slide_picture
 from addon.scene.light_controls import Slide
 
 PIXELS = np.random.default_rng(0).random((12, 20, 4)).astype(np.float32)

@@ -15,9 +15,9 @@ from addon.corrmap import surface_edit_table
 from addon.corrmap.surface_buffer import SurfaceBuffer
 from addon.corrmap.surface_edit_table import SurfaceEditTable
 from addon.errors import InputError
-from addon.relight.light_pass import LightPass
-from addon.relight.light_sample import light_sample
-from addon.relight.surface_pass import EmissionPass
+from addon.relight.light_points.light_sample import light_sample
+from addon.relight.lights.light_pass import LightPass
+from addon.relight.shading.surface_pass import EmissionPass
 from addon.scene.light import Light
 from addon.scene.surface_edit import NO_EDIT, SurfaceEdit, SurfaceEdits
 from tests.reference import light_pass as light_twin

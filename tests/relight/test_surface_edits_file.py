@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from addon.errors import InputError
-from addon.relight.surface_edits_file import read_surface_changes
+from addon.relight.edits.surface_edits_file import read_surface_changes
 from addon.scene.surface_edit import NO_EDIT, SurfaceEdit, SurfaceEdits
 
 KEPT = SurfaceEdits({"Wood": SurfaceEdit(gain=0.5, specular=2.0)}, {"Chair": SurfaceEdit(gain=3.0)})

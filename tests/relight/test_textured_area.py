@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.relight.light_sample import light_sample
+from addon.relight.light_points.light_sample import light_sample
 from tests.cycles_stage import CyclesStage
 from tests.reference.surfaces import surfaces
 

@@ -90,7 +90,7 @@ def glow_like(scene: Any, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["plane", "balls"])
 def test_glowing_objects(kind: str, blend: Any, tmp_path: Path) -> None:
-    from addon.relight.mesh_lights import Glow, mesh_lights
+    from addon.relight.lights.mesh_lights import Glow, mesh_lights
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.geometry_reader import read_geometry
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.relight.light_sample import LightSample, light_sample
-from addon.relight.traced_shadow import TracedShadow, TracedShadowPass
+from addon.relight.light_points.light_sample import LightSample, light_sample
+from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
 from addon.scene.geometry import Cutout, SceneGeometry
 from addon.scene.light import Light
 from tests.reference import light_pass as light_twin

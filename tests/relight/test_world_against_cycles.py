@@ -15,7 +15,7 @@ from scipy import ndimage
 from addon.caching.bake import bake_scene
 from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
-from addon.relight.equirect import directions
+from addon.relight.world.equirect import directions
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.view_reader import read_view

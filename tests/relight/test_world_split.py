@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.relight.equirect import bilinear, directions, place_of, solid_angles
-from addon.relight.world_directions import DirectionSource, SunSource, sobol_points
-from addon.relight.world_light import LEVELS, node_directions, prepare_world
-from addon.relight.world_split import MOST_SUNS, split_world
+from addon.relight.world.equirect import bilinear, directions, place_of, solid_angles
+from addon.relight.world.world_directions import DirectionSource, SunSource, sobol_points
+from addon.relight.world.world_light import LEVELS, node_directions, prepare_world
+from addon.relight.world.world_split import MOST_SUNS, split_world
 
 Array = NDArray[np.float64]
 RNG = np.random.default_rng(0)

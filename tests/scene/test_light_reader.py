@@ -188,7 +188,7 @@ def test_picture_of_a_world(scene: Any) -> None:
     """A world that shows its direction as its colour."""
     import bpy
 
-    from addon.relight.equirect import directions
+    from addon.relight.world.equirect import directions
     from addon.scene.world_reader import render_world
 
     scene.world = bpy.data.worlds.new("World")

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from addon.relight.sheen_table import sheen_table
+from addon.relight.shading.sheen_table import sheen_table
 from tools.measure_sheen import _SUNS, NODES, solve
 
 

@@ -16,7 +16,7 @@ from addon.caching.frame_state import FrameState
 from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.relight.session import RelightSession
-from addon.relight.shadow_frustum import ShadowSettings
+from addon.relight.shadows.shadow_frustum import ShadowSettings
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.scene.light_reader import read_lights

@@ -192,8 +192,8 @@ def test_instances_are_in_their_lights_pass() -> None:
 
 @pytest.mark.usefixtures("extension")
 def test_the_panel_lists_every_pass() -> None:
-    from addon.relight.frame_graph import FrameGraph
-    from addon.relight.frame_passes import LightNode, frame_passes
+    from addon.relight.graph.frame_graph import FrameGraph
+    from addon.relight.graph.frame_passes import LightNode, frame_passes
 
     graph = FrameGraph(frame_passes([LightNode("Key", True, False)], has_emission=False))
     graph.ran("Light Key", 0.0123, last=True)

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from addon.caching.bake import BakeSettings
     from addon.caching.bake_settings import cached_preset
     from addon.caching.presets import DEFAULT_PRESET
-    from addon.relight.edits import applied_edits, read_edits
+    from addon.relight.edits.edits_file import applied_edits, read_edits
 
     from .. import evaluation, reference
     from ..contact_sheet import write_sheet

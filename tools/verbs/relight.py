@@ -20,7 +20,7 @@ from ..unique_names import unique_names
 from . import arguments
 
 if TYPE_CHECKING:
-    from addon.relight.picture import Picture
+    from addon.relight.layers.picture import Picture
 
 NAME = "relight"
 HELP = "Relight a camera's view of SCENE.blend from its cache, and write it as PNG or EXR."
@@ -65,8 +65,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from ..scene_file import load_blender, open_scene
 
     load_blender()
-    from addon.relight.edits import applied_edits, read_edits
-    from addon.relight.surface_edits_file import NO_CHANGES, read_surface_changes
+    from addon.relight.edits.edits_file import applied_edits, read_edits
+    from addon.relight.edits.surface_edits_file import NO_CHANGES, read_surface_changes
 
     from ..display import write_display_png
     from ..picture_file import write_exr

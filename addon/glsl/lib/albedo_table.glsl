@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The tables of addon/relight/directional_albedo.py. Nodes lie on 0 and 1 of every axis. */
+ * The tables of addon/relight/shading/directional_albedo.py. Nodes lie on 0 and 1 of every axis. */
 
 /* (E, B, unused, E_avg): albedo of the white microfacet lobe, its Schlick-weighted part, and
  * the mean of E over the hemisphere. E - B is the split sum's factor of f0. */

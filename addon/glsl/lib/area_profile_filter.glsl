@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * An area light that emits another colour at each of its places: addon/relight/profile.py.
+ * An area light that emits another colour at each of its places: addon/relight/filters/profile.py.
  * Needs: profile_filter.glsl. */
 
 /* A level of the pyramid, bilinear; `side` texels, the first row at `row`. */

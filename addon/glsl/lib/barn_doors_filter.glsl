@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Barn doors: addon/relight/barn_doors.py. */
+ * Barn doors: addon/relight/filters/barn_doors.py. */
 
 vec3 barn_doors_filter(vec3 q)
 {

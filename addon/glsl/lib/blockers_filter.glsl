@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Cards in the beam: addon/relight/blockers.py. */
+ * Cards in the beam: addon/relight/filters/blockers.py. */
 
 /* Whether two heights over a plane lie on its two sides; their product may be too small. */
 bool on_other_side(float a, float b)

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Between which distances there is light: addon/relight/distance.py. */
+ * Between which distances there is light: addon/relight/filters/distance.py. */
 
 /* smoothstep(low, low + width, x), a step where that has no width: at `low` it is not yet up. */
 float distance_edge(float low, float width, float x)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What one point of a light sends to a place: formulas of Cycles' lights (src/kernel/light/),
  * with one point of the light standing for all of it. LIGHT_TYPE: 0 point, 1 spot, 2 sun,
- * 3 area, 4 glowing mesh. `light` is filled in by addon/relight/light_pass.py. */
+ * 3 area, 4 glowing mesh. `light` is filled in by addon/relight/lights/light_pass.py. */
 
 struct Incidence {
   vec3 L;         /* unit, towards the light's point */

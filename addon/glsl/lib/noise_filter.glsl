@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Uneven light: addon/relight/noise.py. */
+ * Uneven light: addon/relight/filters/noise.py. */
 
 vec3 noise_filter(vec3 q)
 {

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * What the object that a pixel sees has to do with a light (addon/relight/light_objects.py). */
+ * What the object that a pixel sees has to do with a light (addon/relight/lights/light_objects.py). */
 
 /* How much it gets through diffuse (x) and specular (y) lobes, and whether it stands in its own
  * light (z: 1 or 0). */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * What a light's own nodes emit by direction: addon/relight/profile.py, `LightProfile`. */
+ * What a light's own nodes emit by direction: addon/relight/filters/profile.py, `LightProfile`. */
 
 const float PROFILE_TURN = 6.28318530717958647692;
 

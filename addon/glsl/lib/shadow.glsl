@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Reads a shadow map (addon/relight/shadow_pass.py): an atlas of faces that store the distance
+ * Reads a shadow map (addon/relight/shadows/shadow_pass.py): an atlas of faces that store the distance
  * to what the light's point sees through each texel's centre.
  *
  * The stored distance is compared with where the same ray meets the receiver's own tangent

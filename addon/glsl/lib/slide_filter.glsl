@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * A picture in the beam: addon/relight/slide.py. */
+ * A picture in the beam: addon/relight/filters/slide.py. */
 
 vec3 slide_texel(ivec2 texel, ivec2 size)
 {

@@ -1,0 +1,268 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Draws single samples of layers: the surfaces, a light's shadow, and the pass that shades."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...corrmap.geometry_buffer import GeometryBuffer
+from ...corrmap.pixel_filter import pixel_offsets
+from ...corrmap.surface_buffer import SurfaceBuffer
+from ...corrmap.surface_layout import SurfaceLayout
+from ...corrmap.surface_sampler import SurfaceSampler
+from ...glsl.shader import read_texture
+from ...scene.frame_across import frame_across
+from ...scene.light import Light
+from ...scene.view import View
+from ..light_points.light_contact import touches_surface
+from ..light_points.light_sample import LightSample, light_sample
+from ..lights.light_edit import layer_tint
+from ..lights.light_objects import LightObjects
+from ..lights.light_pass import LightPass, lobe_parts
+from ..lights.mesh_lights import POINTS
+from ..shading.albedo_pass import AlbedoTextures
+from ..shading.shadow import Shadow
+from ..shading.surface_pass import EmissionPass
+from ..shadows.shadow_cache import ShadowCache
+from ..shadows.shadow_frustum import ShadowSettings
+from ..shadows.shadow_light import shadow_light, shining_everywhere
+from ..shadows.shadow_pass import ShadowMap, ShadowPass
+from ..shadows.traced_shadow import TracedShadowPass
+from ..world.environment import EnvironmentLight, EnvironmentScene
+from ..world.world_pass import BackgroundPass, WorldTextures
+from .layer_stack import LightLayer
+
+# Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
+_RECEIVER_STRIDE = 4
+
+# Of these, every n-th is asked which glowing objects matter there.
+_JUDGED_STRIDE = 16
+
+
+class LayerDrawing:
+    """The passes behind the layers, and what they keep between samples.
+
+    Args:
+        sampler: gives the surfaces of the view.
+        shadows: how shadows are found, and how fine their maps are.
+        has_emission: whether surfaces may glow.
+        split: whether lights' layers are split by the kinds of lobes.
+    """
+
+    def __init__(
+        self,
+        sampler: SurfaceSampler,
+        shadows: ShadowSettings,
+        *,
+        has_emission: bool,
+        split: bool,
+    ) -> None:
+        self._sampler = sampler
+        self._settings = shadows
+        self._touching: dict[tuple[str, bool], bool] = {}
+        self._objects = LightObjects(sampler.geometry)
+        self._pass: ShadowPass | None = None
+        self._geometry: GeometryBuffer | None = None
+        self._shadows = ShadowCache()
+        self._traced: TracedShadowPass | None = None
+        self._receivers: tuple[NDArray[np.float64], NDArray[np.float64] | None] | None = None
+        self._tables = AlbedoTextures()
+        layout = sampler.layout
+        self._has_emission = has_emission
+        self._light_pass = LightPass(self._tables, layout, split=split)
+        self._background_pass = BackgroundPass()
+        self._layout: SurfaceLayout | None = None
+        self.follow_layout()
+        self.parts = lobe_parts(layout) if split else ()
+
+    # What changed -------------------------------------------------------------------------
+
+    def follow_layout(self) -> None:
+        """The surfaces may be laid out otherwise: shade them so."""
+        layout = self._sampler.layout
+        if layout == self._layout:
+            return
+        self._layout = layout
+        self._light_pass.set_layout(layout)
+        self._environment = EnvironmentLight(self._tables, layout)
+        self._emission_pass = EmissionPass(layout) if self._has_emission else None
+
+    def forget_shadows(self, light: str) -> None:
+        """A light moved, changed its extent, or what it shines on moved."""
+        self._shadows.drop(light)
+        for moved in (False, True):
+            self._touching.pop((light, moved), None)
+
+    def forget_light(self, light: str) -> None:
+        """A light is gone."""
+        self.forget_shadows(light)
+        self._light_pass.forget(light)
+
+    def set_shadows(self, shadows: ShadowSettings) -> None:
+        """Find shadows another way, or draw finer maps."""
+        self._settings = shadows
+        self._shadows.clear()
+        if self._geometry is not None:
+            self._pass = ShadowPass(self._geometry, shadows)
+
+    def forget_surfaces(self) -> None:
+        """The view sees other surfaces."""
+        self._receivers = None
+        if self._sampler.geometry_buffer is not self._geometry:
+            self._geometry = self._sampler.geometry_buffer
+            self._pass = ShadowPass(self._geometry, self._settings)
+            self._traced = None
+            self._objects = LightObjects(self._sampler.geometry)
+            self._shadows.clear()
+
+    @property
+    def shadow_bytes(self) -> int:
+        """Bytes of the GPU's memory that shadow maps take."""
+        return self._shadows.nbytes
+
+    # Samples ------------------------------------------------------------------------------
+
+    def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
+        """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
+        objects = self._objects.of(light).texture
+        surface = self._sampler.sample(k, with_objects=objects is not None)
+        points = POINTS if light.type == "MESH" else 1
+        for j in range(k * points, (k + 1) * points):
+            sample = self._light_sample(light, j, count * points)
+            shadow: Shadow | None = None
+            if light.use_shadow:
+                caster = shadow_light(light)
+                point = sample
+                if caster is not light:
+                    point = self._light_sample(caster, j, count * points, moved=True)
+                    if self._settings.traces(light):
+                        caster = shining_everywhere(caster)
+                shadow = self._shadow(surface, caster, point, stride)
+            self._light_pass.draw(
+                surface,
+                light,
+                sample,
+                layer.target,
+                shadow=shadow,
+                color=layer_tint(light),
+                weight=1.0 / points,
+                stride=stride,
+                objects=objects,
+            )
+
+    def emission(self, layer: LightLayer, k: int, stride: int) -> None:
+        """Add what surfaces send out by themselves."""
+        if self._emission_pass is not None:
+            self._emission_pass.draw(self._sampler.sample(k), layer.target, stride=stride)
+
+    def world(
+        self,
+        world: WorldTextures | None,
+        view: View,
+        layer: LightLayer,
+        k: int,
+        *,
+        count: int,
+        stride: int,
+        film_transparent: bool,
+    ) -> None:
+        """Add sample k of `count` of the world behind the scene, the picture's alpha, and the
+        world's light."""
+        surface = self._sampler.sample(k)
+        x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
+        self._background_pass.draw(
+            surface,
+            world,
+            view,
+            layer.target,
+            offset=(float(x), float(y)),
+            film_transparent=film_transparent,
+            stride=stride,
+        )
+        if world is None:
+            return
+        if self._pass is None:
+            raise RuntimeError("set a view before drawing the world's light")
+        scene = EnvironmentScene(
+            self._sampler.geometry,
+            self._pass,
+            self._visible_receivers()[0],
+            lambda toward: self._sun_shadow(surface, toward, stride),
+            one_by_one=self._settings.method == "traced",
+        )
+        if count == 1:
+            self._environment.draw_first(surface, world, scene, layer.target, stride)
+        else:
+            self._environment.draw(surface, world, scene, layer.target, (k, count))
+
+    def visible_places(self) -> NDArray[np.float64]:
+        """(N, 3) world space: some of what the view sees."""
+        return self._visible_receivers()[0][::_JUDGED_STRIDE]
+
+    # Inside -------------------------------------------------------------------------------
+
+    def _shadow(
+        self, surface: SurfaceBuffer, light: Light, sample: LightSample, stride: int
+    ) -> Shadow:
+        if self._settings.traces(light):
+            if self._traced is None:
+                self._traced = TracedShadowPass(self._sampler.geometry)
+            return self._traced.draw(
+                surface,
+                light,
+                sample,
+                stride=stride,
+                casters=self._objects.caster_triangles(light),
+                objects=self._objects.of(light).texture,
+            )
+        return self._shadows.get(light.name, sample, lambda: self._shadow_map(light, sample))
+
+    def _shadow_map(self, light: Light, sample: LightSample) -> ShadowMap:
+        if self._pass is None:
+            raise RuntimeError("set a view before drawing shadows")
+        bounds = self._sampler.geometry.bounds
+        casters = self._objects.of(light).casters
+        receivers, eye = self._visible_receivers()
+        return self._pass.draw(light, sample, bounds, receivers, objects=casters, eye=eye)
+
+    def _sun_shadow(
+        self, surface: SurfaceBuffer, toward: NDArray[np.float64], stride: int
+    ) -> Shadow:
+        """The shadow of what shines from a direction (3,) of the world."""
+        if self._pass is None:
+            raise RuntimeError("set a view before drawing shadows")
+        world_from_light = np.eye(4)
+        world_from_light[:3, :3] = np.stack([*frame_across(toward), toward], axis=1)
+        sun, sample = Light("", "SUN", world_from_light, 1.0, np.ones(3)), LightSample(toward, 1)
+        if self._settings.method == "traced":
+            if self._traced is None:
+                self._traced = TracedShadowPass(self._sampler.geometry)
+            return self._traced.draw(surface, sun, sample, stride=stride)
+        receivers, eye = self._visible_receivers()
+        bounds = self._sampler.geometry.bounds
+        return self._pass.draw(sun, sample, bounds, receivers, eye=eye)
+
+    def _light_sample(
+        self, light: Light, k: int, count: int, *, moved: bool = False
+    ) -> LightSample:
+        """A light's point; `moved` of a light as its shadows see it."""
+        if light.use_shadow and self._settings.traces(light):
+            return light_sample(light, k, count, per_receiver=True)
+        key = (light.name, moved)
+        if key not in self._touching:
+            casters = self._objects.of(light).casters
+            self._touching[key] = touches_surface(light, self._sampler.geometry, casters)
+        return light_sample(light, k, count, touching=self._touching[key])
+
+    def _visible_receivers(self) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+        """(N, 3) world-space points that the view sees, for fitting sun shadow maps; and where
+        from, (3,), or None for a parallel projection, which has them all equally large."""
+        if self._receivers is None:
+            surface: SurfaceBuffer = self._sampler.sample(0)
+            stride = _RECEIVER_STRIDE
+            position = read_texture(surface.position)[::stride, ::stride].reshape(-1, 4)
+            visible = position[position[:, 3] > 0.0, :3].astype(np.float64)
+            eye = surface.eye + surface.origin if surface.perspective else None
+            self._receivers = (visible + surface.origin, eye)
+        return self._receivers

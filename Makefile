@@ -6,7 +6,10 @@
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
 # make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
 # make bench-relight   a light edit beside Cycles and EEVEE, and what lights and triangles cost
-# make accuracy    every kind of light on every lobe beside Cycles: docs/accuracy.md (an hour or two)
+# make accuracy    every kind of light on every lobe beside Cycles: docs/accuracy.md (an hour or two),
+#                  and make scene-accuracy
+# make scene-accuracy SCENES="A.blend B.blend"   whole scenes beside Cycles, in views that placement
+#                  did not know: docs/scenes_accuracy.md; SCENE_ARGS="--plan" says how long it takes
 # make bench-caching BENCH_ARGS="A.blend B.blend"   sizes of caches, what they cost, and bake times
 # make write-back  lights' controls in Relume and written back to Cycles: out/write_back/
 #
@@ -17,7 +20,7 @@ PYTHON3 ?= python3
 READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
-.PHONY: accuracy demo test lint extension bench-placement bench-placement-quality \
+.PHONY: accuracy scene-accuracy demo test lint extension bench-placement bench-placement-quality \
 	bench-caching bench-relight write-back machine clean
 
 demo: $(READY) machine
@@ -53,6 +56,10 @@ write-back: $(READY) machine
 
 accuracy: $(READY) machine
 	$(RUN) -m benchmarks.accuracy $(BENCH_ARGS)
+	$(RUN) -m benchmarks.scene_accuracy $(SCENES) $(SCENE_ARGS)
+
+scene-accuracy: $(READY) machine
+	$(RUN) -m benchmarks.scene_accuracy $(SCENES) $(SCENE_ARGS)
 
 machine: $(READY)
 	@$(RUN) -m tools.check_machine

@@ -96,7 +96,9 @@ def compare_pictures(reference: PictureFile, image: PictureFile) -> Comparison:
         )
     linear = reference.linear
     shown = [metrics.encode_srgb(p.rgb) if linear else p.rgb for p in (reference, image)]
-    rgb, luma = metrics.squared_error(*(metrics.quantize(p) for p in shown))
+    levels = [metrics.quantize(p) for p in shown]
+    rgb, luma = metrics.squared_error(*levels)
+    similarity = metrics.structural_similarity(*levels)
     relative = metrics.relative_squared_error(reference.rgb, image.rgb) if linear else None
     flip = metrics.flip_map(reference.rgb, image.rgb, linear=linear)
     edge, found_by = edge_mask(reference)
@@ -106,6 +108,7 @@ def compare_pictures(reference: PictureFile, image: PictureFile) -> Comparison:
         return {
             "psnr_rgb": None if rgb_mean is None else metrics.psnr(rgb_mean),
             "psnr_luma": None if luma_mean is None else metrics.psnr(luma_mean),
+            "ssim": metrics.mean_over(similarity, mask),
             "flip": metrics.mean_over(flip, mask),
             "rel_mse": None if relative is None else metrics.mean_over(relative, mask),
         }
@@ -135,12 +138,14 @@ def describe(report: dict[str, Any]) -> str:
     def number(value: float | None, form: str) -> str:
         return "-" if value is None else format(value, form)
 
-    lines = [f"{'':17}{'PSNR RGB':>10}{'PSNR luma':>11}{report['flip_kind']:>10}{'relMSE':>10}"]
+    heads = ("PSNR luma", 11), ("SSIM", 10), (report["flip_kind"], 10), ("relMSE", 10)
+    lines = [f"{'':17}{'PSNR RGB':>10}" + "".join(f"{name:>{width}}" for name, width in heads)]
     for key, title in (("whole", "whole picture"), ("away_from_edges", "away from edges")):
         part = report[key]
         rgb, luma = (number(part[name], ".2f") for name in ("psnr_rgb", "psnr_luma"))
-        flip, relative = number(part["flip"], ".4f"), number(part["rel_mse"], ".5f")
-        lines.append(f"{title:17}{rgb:>7} dB{luma:>8} dB{flip:>10}{relative:>10}")
+        ssim, flip = number(part["ssim"], ".4f"), number(part["flip"], ".4f")
+        relative = number(part["rel_mse"], ".5f")
+        lines.append(f"{title:17}{rgb:>7} dB{luma:>8} dB{ssim:>10}{flip:>10}{relative:>10}")
     away = report["away_from_edges"]
     kind = {"surfaces": "surfaces' edges", "luma": "steps of luma"}[away["edges_from"]]
     share = 100.0 * away["share_of_pixels"]

@@ -25,6 +25,10 @@ LUMA = np.array([0.299, 0.587, 0.114])
 # Minimization", section 5: added to the squared reference, so that black pixels do not
 # divide by zero. It is relative to a display's white, which is 1 in both spaces.
 RELATIVE_MSE_FLOOR = 0.01
+# Wang, Bovik, Sheikh, Simoncelli (2004), "Image Quality Assessment: From Error Visibility to
+# Structural Similarity", section III.B: the window's width in pixels, and K1, K2 of equation 13.
+SSIM_SIGMA, SSIM_RADIUS = 1.5, 5
+SSIM_K1, SSIM_K2 = 0.01, 0.03
 
 
 def encode_srgb(linear: NDArray[np.floating]) -> NDArray[np.float64]:
@@ -62,6 +66,30 @@ def relative_squared_error(reference: Picture, image: Picture) -> NDArray[np.flo
     wanted = np.asarray(reference, dtype=np.float64)
     error = (np.asarray(image, dtype=np.float64) - wanted) ** 2
     return np.mean(error / (wanted**2 + RELATIVE_MSE_FLOOR), axis=-1)
+
+
+def structural_similarity(
+    reference: NDArray[np.float64], image: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(H, W) SSIM of luma, at most 1, of two quantized pictures (Wang et al. 2004, equation 13).
+
+    Windows that reach over the border see the picture mirrored in it.
+    """
+    from scipy.ndimage import gaussian_filter
+
+    def windowed(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return gaussian_filter(values, SSIM_SIGMA, radius=SSIM_RADIUS, mode="reflect")
+
+    x, y = reference @ LUMA, image @ LUMA
+    mean_x, mean_y = windowed(x), windowed(y)
+    # Variances are differences of large numbers; rounding must not make them negative.
+    variance_x = np.maximum(windowed(x * x) - mean_x**2, 0.0)
+    variance_y = np.maximum(windowed(y * y) - mean_y**2, 0.0)
+    covariance = windowed(x * y) - mean_x * mean_y
+    c1, c2 = (SSIM_K1 * 255.0) ** 2, (SSIM_K2 * 255.0) ** 2
+    luminance = (2.0 * mean_x * mean_y + c1) / (mean_x**2 + mean_y**2 + c1)
+    structure = (2.0 * covariance + c2) / (variance_x + variance_y + c2)
+    return np.asarray(luminance * structure)
 
 
 def mean_over(values: NDArray[np.floating], mask: Mask | None) -> float | None:

@@ -112,3 +112,35 @@ def test_flip_against_black_is_finite() -> None:
     errors = metrics.flip_map(flat(0.0), flat(0.5), linear=True)
     assert np.isfinite(errors).all()
     assert errors.mean() > 0.1
+
+
+def similarity(reference: np.ndarray, image: np.ndarray) -> np.ndarray:
+    return metrics.structural_similarity(metrics.quantize(reference), metrics.quantize(image))
+
+
+def test_similarity_is_1_for_equal_pictures() -> None:
+    random = np.random.default_rng(2).random((24, 20, 3))
+    # The same products on both sides of each quotient, but for rounding.
+    np.testing.assert_allclose(similarity(random, random), 1.0, rtol=1e-12)
+
+
+def test_similarity_of_flat_greys_is_the_luminance_term() -> None:
+    # Wang et al. 2004, equation 6, with C1 = (0.01 * 255)^2; there is no structure.
+    x, y, c1 = 51.0, 102.0, 2.55**2
+    expected = (2 * x * y + c1) / (x * x + y * y + c1)
+    found = similarity(flat(51 / 255), flat(102 / 255))
+    # Windows' variances are differences of squares: some 1e-12 of 1e4, beside C2 = 58.
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+def test_similarity_of_a_turned_checkerboard_is_near_minus_1_and_sees_only_its_window() -> None:
+    board = np.indices((48, 48)).sum(axis=0) % 2
+    first = np.repeat(board[..., None], 3, axis=-1).astype(np.float64)
+    second = first.copy()
+    second[:24] = 1.0 - second[:24]
+    found = similarity(first, second)
+    variance, c2 = 127.5**2, 7.65**2
+    # The window's mean of a checkerboard is off 127.5 by less than 1e-4 of it.
+    expected = (c2 - 2.0 * variance) / (c2 + 2.0 * variance)
+    np.testing.assert_allclose(found[6:18, 6:-6], expected, rtol=1e-4)
+    np.testing.assert_allclose(found[30:], 1.0, rtol=1e-12)

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""docs/scenes_accuracy.md and the contact sheets, from what `benchmarks.scene_run` left."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from addon.caching.presets import PRESETS
+from tools.contact_sheet import Cell, Row, write_sheet
+
+from .scene_steps import read_json
+
+# What every view is to reach with the preset "final".
+LEAST_PSNR, LEAST_AWAY, LARGEST_FLIP, MOST_OPEN = 40.0, 45.0, 0.03, 0.001
+# A reference's noise this far below what was measured is no part of it.
+_MARGIN_DB = 6.0
+
+HEAD = """# Accuracy in whole scenes
+
+Four views of each scene that its caching cameras were not placed for, beside Cycles with the same
+lights and direct light only. `make accuracy SCENES="A.blend B.blend"` makes this page, and a
+contact sheet for each scene in `out/accuracy/scenes/`. [accuracy.md](accuracy.md) has every kind of
+light on every lobe.
+
+The views come from the scene's own cameras by one rule for all scenes
+(`benchmarks/other_views.py`): three to five tenths of the viewing distance away, where placement
+looks from at most one tenth. The caching cameras are placed and baked as *Place* and *Bake* do it,
+with each preset. Relume takes {samples} samples. PSNR is the paper's, of luma in the
+display-encoded 8-bit picture; *away* leaves out 2 pixels about surfaces' edges and creases. SSIM is
+of luma, HDR-FLIP the mean of the picture. *Holes* are pixels of the surface that no caching camera
+sees, *open* those that neighbours did not fill. The reference takes twice the samples while its
+noise is less than {margin:.0f} dB below what is measured, at most a few times; (in brackets): it
+still is. **Bold**: short of what is asked of the preset *final*, which is {psnr:.0f} dB,
+{away:.0f} dB away from edges, HDR-FLIP {flip} and {open:.1f} % open.
+"""
+
+
+@dataclass(frozen=True)
+class ViewFigures:
+    """Of one view with one preset.
+
+    Attributes:
+        name: the view's.
+        psnr, away: decibels; infinite for equal pictures, NaN for no pixels.
+        ssim, flip: means of the picture.
+        holes, open: shares of the pixels that see a surface.
+        noisy: whether the reference's noise is a part of PSNR, and of that away from edges.
+        seconds: of relighting.
+        noise: decibels, of the reference.
+    """
+
+    name: str
+    psnr: float
+    away: float
+    ssim: float
+    flip: float
+    holes: float
+    open: float
+    noisy: tuple[bool, bool]
+    seconds: float
+    noise: float
+
+    @classmethod
+    def read(cls, folder: Path) -> ViewFigures | None:
+        """Of a view's folder; None where it was not measured yet."""
+        found, relit = read_json(folder / "figures.json"), read_json(folder / "relit.json")
+        if found is None or relit is None:
+            return None
+        whole, away = found["whole"], found["away_from_edges"]
+        values = [_decibels(part["psnr_luma"]) for part in (whole, away)]
+        noise = [_decibels(found["noise"][area]) for area in ("whole", "away_from_edges")]
+        noisy = [n < v + _MARGIN_DB for n, v in zip(noise, values, strict=True)]
+        return cls(
+            folder.name, values[0], values[1], whole["ssim"], whole["flip"],
+            relit["hole_fraction"], relit["open_fraction"], (noisy[0], noisy[1]),
+            relit["seconds_relight"], noise[0],
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SceneFigures:
+    """Of one scene with one preset."""
+
+    scene: str
+    preset: str
+    plan: dict[str, Any]
+    bake: dict[str, Any]
+    views: Sequence[ViewFigures]
+
+    @property
+    def row(self) -> str:
+        """Of the table of all scenes: the mean of the views, and the worst of them."""
+        views, planned = self.views, self.plan["presets"][self.preset]
+        worst = [min(v.psnr for v in views), min(v.away for v in views)]
+        cells = [
+            self.scene, self.preset, str(planned["cameras"]), f"{planned['texels'] / 1e6:.1f}",
+            f"{self.bake['cache_bytes'] / 1e6:.0f}", f"{self.bake['seconds']:.0f}",
+            f"{_mean([v.psnr for v in views]):.1f} / "
+            + _marked(worst[0], LEAST_PSNR, any(v.noisy[0] for v in views)),
+            f"{_mean([v.away for v in views]):.1f} / "
+            + _marked(worst[1], LEAST_AWAY, any(v.noisy[1] for v in views)),
+            f"{_mean([v.ssim for v in views]):.4f}",
+            _most(max(v.flip for v in views), LARGEST_FLIP, "{:.3f}"),
+            f"{100.0 * max(v.holes for v in views):.2f} %",
+            _most(100.0 * max(v.open for v in views), 100.0 * MOST_OPEN, "{:.2f} %"),
+            f"{_mean([v.seconds for v in views]):.1f}",
+        ]  # fmt: skip
+        return "| " + " | ".join(cells) + " |"
+
+
+def read_scenes(folders: Sequence[Path]) -> list[SceneFigures]:
+    """What was measured, scene by scene; presets of which no view was are left out."""
+    found = []
+    for folder in folders:
+        plan = read_json(folder / "plan.json")
+        for preset in PRESETS if plan is not None else ():
+            assert plan is not None
+            bake = read_json(folder / preset / "bake.json")
+            views = [
+                figures
+                for entry in plan["views"]
+                if (figures := ViewFigures.read(folder / preset / entry["name"])) is not None
+            ]
+            if bake is not None and views:
+                found.append(SceneFigures(folder.parent.name, preset, plan, bake, views))
+    return found
+
+
+def write_page(path: Path, folders: Sequence[Path], samples: int) -> None:
+    """Write the page; not where nothing was measured."""
+    scenes = read_scenes(folders)
+    if not scenes:
+        return
+    lines = [
+        HEAD.format(
+            samples=samples, margin=_MARGIN_DB, psnr=LEAST_PSNR, away=LEAST_AWAY,
+            flip=LARGEST_FLIP, open=100.0 * MOST_OPEN,
+        )
+    ]  # fmt: skip
+    lines += _summary(scenes)
+    for preset in PRESETS:
+        lines += _views([scene for scene in scenes if scene.preset == preset], preset)
+    path.write_text("\n".join(lines).rstrip() + "\n", encoding="utf-8")
+
+
+def _summary(scenes: Sequence[SceneFigures]) -> list[str]:
+    sizes = sorted({"{}x{}".format(*scene.plan["size"]) for scene in scenes})
+    heads = [
+        "scene", "preset", "cameras", "M texels", "MB", "bake s", "PSNR dB, mean / least",
+        "away dB, mean / least", "SSIM", "HDR-FLIP, most", "holes, most", "open, most", "relight s",
+    ]  # fmt: skip
+    about = (
+        f"Pictures of {', '.join(sizes)}. MB are those of the cache on the disk, *relight s* the "
+        "mean time of a finished picture of a new view."
+    )
+    return [
+        "## By scene", "", about, "",
+        "| " + " | ".join(heads) + " |", "| --- " * len(heads) + "|",
+        *(scene.row for scene in scenes), "",
+    ]  # fmt: skip
+
+
+def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
+    """All views with one preset."""
+    if not scenes:
+        return []
+    heads = ["scene", "view", "PSNR", "away", "SSIM", "HDR-FLIP", "holes", "open", "noise at"]
+    rows = []
+    for scene in scenes:
+        for view in scene.views:
+            cells = [
+                scene.scene, view.name, _marked(view.psnr, LEAST_PSNR, view.noisy[0]),
+                _marked(view.away, LEAST_AWAY, view.noisy[1]), f"{view.ssim:.4f}",
+                _most(view.flip, LARGEST_FLIP, "{:.3f}"), f"{100.0 * view.holes:.2f} %",
+                _most(100.0 * view.open, 100.0 * MOST_OPEN, "{:.2f} %"), f"{view.noise:.1f}",
+            ]  # fmt: skip
+            rows.append("| " + " | ".join(cells) + " |")
+    return [
+        f"## All views: {preset}", "",
+        "| " + " | ".join(heads) + " |", "| --- " * len(heads) + "|", *rows, "",
+    ]  # fmt: skip
+
+
+def draw_sheets(folders: Sequence[Path]) -> None:
+    """A sheet for each scene: a row for each view, Cycles and each preset with its error."""
+    for folder in folders:
+        plan = read_json(folder / "plan.json")
+        assert plan is not None
+        rows = []
+        for entry in plan["views"]:
+            reference = folder / entry["name"] / "reference.png"
+            if not reference.is_file():
+                continue
+            cells = [Cell(reference, "Cycles, direct light")]
+            for preset in PRESETS:
+                place = folder / preset / entry["name"]
+                figures = ViewFigures.read(place)
+                if figures is None:
+                    continue
+                words = f"{figures.psnr:.1f} dB, away {figures.away:.1f} dB"
+                cells += [
+                    Cell(place / "relit.png", f"Relume, {preset}", words),
+                    Cell(place / "difference.png", "Difference, 8 times",
+                         f"{100.0 * figures.holes:.2f} % holes, {100.0 * figures.open:.2f} % open"),
+                ]  # fmt: skip
+            rows.append(Row(f"{entry['name']}, from {entry['camera']}", cells))
+        if rows:
+            title = folder.parent.name
+            write_sheet(folder / "sheet.png", title, "Views that the placement did not know", rows)
+
+
+def _decibels(value: float | None) -> float:
+    """Files hold no infinite numbers."""
+    return math.inf if value is None else float(value)
+
+
+def _mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)
+
+
+def _marked(value: float, least: float, noisy: bool) -> str:
+    text = f"{value:.1f}"
+    text = f"({text})" if noisy else text
+    return text if value >= least else f"**{text}**"
+
+
+def _most(value: float, bound: float, form: str) -> str:
+    text = form.format(value)
+    return text if value <= bound else f"**{text}**"

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a run of the scenes' accuracy does next, how long it says that takes, and its page."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from benchmarks.scene_steps import Rates, Step, in_order, steps_left
+from benchmarks.scene_table import draw_sheets, read_scenes, write_page
+
+VIEWS = ["Other 1", "Other 2"]
+
+
+def _write(path: Path, found: dict[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(json.dumps(found), encoding="utf-8")
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A planned scene, of which nothing was baked."""
+    folder = tmp_path / "hall" / "own"
+    presets = {name: {"cameras": 3, "texels": 1000} for name in ("draft", "final")}
+    views = [{"name": name, "camera": "Camera"} for name in VIEWS]
+    plan = {
+        "pixels": 100, "size": [10, 10], "renders": 3, "lights": 2, "triangles": 12,
+        "views": views, "presets": presets,
+    }  # fmt: skip
+    _write(folder / "plan.json", plan)
+    return folder
+
+
+def _relit(folder: Path, preset: str, psnr: float | None, noise: float) -> None:
+    _write(folder / preset / "bake.json", {"seconds": 5.0, "cache_bytes": 4_000_000})
+    for view in VIEWS:
+        place = folder / preset / view
+        _write(place / "relit.json",
+               {"hole_fraction": 0.02, "open_fraction": 0.002, "seconds_relight": 1.5})  # fmt: skip
+        part = {"psnr_luma": psnr, "ssim": 0.99, "flip": 0.02}
+        _write(place / "figures.json", {
+            "whole": part, "away_from_edges": part,
+            "noise": {"whole": noise, "away_from_edges": noise},
+        })  # fmt: skip
+
+
+def _left(folder: Path, presets: list[str]) -> list[Step]:
+    return steps_left("hall", folder, presets, samples=4, reference_samples=8)
+
+
+def test_a_scene_is_planned_first(tmp_path: Path, folder: Path) -> None:
+    assert [s.kind for s in _left(tmp_path / "nowhere", ["draft"])] == ["plan"]
+    # A preset that was not planned yet, too.
+    assert [s.kind for s in _left(folder, ["draft", "balanced"])] == ["plan"]
+
+
+def test_then_baked_relit_and_measured_preset_by_preset(folder: Path) -> None:
+    presets = ["draft", "final"]
+    kinds = [(s.kind, s.preset) for s in _left(folder, presets)]
+    assert kinds == [(kind, p) for p in presets for kind in ("bake", "relight", "measure")]
+    two = {"hall": _left(folder, presets), "yard": _left(folder, presets)}
+    assert [s.preset for s in in_order(two, presets)] == ["draft"] * 6 + ["final"] * 6
+
+
+def test_what_is_done_is_left_out(folder: Path) -> None:
+    _relit(folder, "draft", 38.0, 50.0)
+    assert {s.preset for s in _left(folder, ["draft", "final"])} == {"final"}
+    (folder / "draft" / "Other 2" / "figures.json").unlink()
+    assert [s.kind for s in _left(folder, ["draft"])] == ["measure"]
+    (folder / "draft" / "Other 2" / "relit.json").unlink()
+    # The bake is kept.
+    assert [s.kind for s in _left(folder, ["draft"])] == ["relight", "measure"]
+
+
+def test_references_are_rendered_once(folder: Path) -> None:
+    measure = [s for s in _left(folder, ["draft", "final"]) if s.kind == "measure"]
+    assert measure[0].work > 0.0
+    assert measure[1].work == 0.0
+    (folder / "Other 1").mkdir()
+    (folder / "Other 1" / "reference.npz").touch()
+    again = next(s for s in _left(folder, ["draft"]) if s.kind == "measure")
+    assert again.work == measure[0].work / 2
+
+
+def test_a_step_takes_as_long_as_one_like_it_did(tmp_path: Path) -> None:
+    rates = Rates.read(tmp_path / "rates.json")
+    step, twice = Step("bake", "hall", "draft", 1e7), Step("bake", "hall", "final", 2e7)
+    rates.note(step, step.least + 100.0)
+    assert rates.seconds(twice) == pytest.approx(twice.least + 200.0)
+    # Others go at its pace until they were measured themselves; and it is known to the next run.
+    later = Rates.read(tmp_path / "rates.json")
+    assert later.seconds(Step("bake", "yard", "draft", 1e7)) == pytest.approx(step.least + 100.0)
+
+
+def test_the_page_marks_what_is_short_and_what_noise_hides(folder: Path, tmp_path: Path) -> None:
+    _relit(folder, "draft", 38.0, 50.0)
+    _relit(folder, "final", 46.0, 48.0)
+    page = tmp_path / "page.md"
+    write_page(page, [folder], 4)
+    text = page.read_text(encoding="utf-8")
+    rows = [line for line in text.splitlines() if line.startswith("| hall | Other 1")]
+    assert "| **38.0** | **38.0** |" in rows[0]
+    assert "| (46.0) | (46.0) |" in rows[1]
+    assert "**0.20 %**" in rows[0]
+    assert "| hall | draft | 3 |" in text
+
+
+def test_equal_pictures_count_as_infinitely_near(folder: Path, tmp_path: Path) -> None:
+    _relit(folder, "draft", None, 60.0)
+    found = read_scenes([folder])[0].views[0]
+    assert found.psnr == float("inf")
+    write_page(tmp_path / "page.md", [folder], 4)
+    assert "inf" in (tmp_path / "page.md").read_text(encoding="utf-8")
+
+
+def test_without_figures_there_is_no_page(folder: Path, tmp_path: Path) -> None:
+    write_page(tmp_path / "page.md", [folder], 4)
+    draw_sheets([folder])
+    assert not (tmp_path / "page.md").exists()

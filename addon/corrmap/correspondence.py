@@ -11,13 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camplace.camera import CachingCamera
-from ..errors import InputError
 from ..glsl.shader import (
     MAX_COLOR_SLOTS,
     PassShader,
@@ -28,14 +25,10 @@ from ..glsl.shader import (
     read_texture,
     texture_2d,
 )
-from ..glsl.uniforms import Field, UniformBlock
+from .camera_table import CAMERA_SAMPLERS, camera_table
 from .surface_buffer import SurfaceBuffer
-from .tile_layout import BlockNumbers
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
-
-# A uniform block holds 64 KiB on the GPUs that Blender runs on; a camera takes 80 bytes.
-MAX_CAMERAS = 800
 
 
 @dataclass(frozen=True)
@@ -54,54 +47,6 @@ class CorrespondenceMap:
         return read_texture(self.texture)
 
 
-def camera_block(count: int) -> UniformBlock:
-    """The uniform block that holds `count` caching cameras in local space.
-
-    Raises:
-        InputError: more cameras than a block holds.
-    """
-    if count > MAX_CAMERAS:
-        raise InputError(
-            f"the cache has {count} caching cameras, and {MAX_CAMERAS} can be used at once; "
-            "place fewer"
-        )
-    return UniformBlock(
-        "caching_cameras",
-        (
-            Field("int", "count"),
-            Field("vec4", "right", count),
-            Field("vec4", "up", count),
-            Field("vec4", "forward", count),
-            Field("vec4", "place", count),
-            Field("vec4", "picture", count),
-        ),
-    )
-
-
-def camera_uniforms(
-    cameras: Sequence[CachingCamera], numbers: BlockNumbers, origin: NDArray[np.float64]
-) -> dict[str, Any]:
-    """Values of `camera_block`: each camera's unit axes, its place with tan(fov / 2), and its
-    picture: first block, blocks along a side, 0, texels along a side."""
-    world_from_camera = np.stack([camera.world_from_camera for camera in cameras])
-
-    def padded(vectors: NDArray[np.float64], last: NDArray[np.float64] | float) -> Any:
-        column = np.broadcast_to(np.asarray(last, dtype=np.float64), (len(vectors),))
-        return np.concatenate([vectors, column[:, None]], axis=1)
-
-    half_extents = np.array([camera.half_extent for camera in cameras])
-    resolutions = np.array([camera.resolution for camera in cameras], dtype=np.float64)
-    picture = np.stack([numbers.first, numbers.across, np.zeros_like(numbers.first)], axis=1)
-    return {
-        "count": len(cameras),
-        "right": padded(world_from_camera[:, :3, 0], 0.0),
-        "up": padded(world_from_camera[:, :3, 1], 0.0),
-        "forward": padded(-world_from_camera[:, :3, 2], 0.0),
-        "place": padded(world_from_camera[:, :3, 3] - origin, half_extents),
-        "picture": padded(picture.astype(np.float64), resolutions),
-    }
-
-
 _VISIBLE_SAMPLERS: Samplers = (
     ("visible_position", "FLOAT_2D"),
     ("visible_normal", "FLOAT_2D"),
@@ -114,14 +59,13 @@ class CorrespondencePass:
 
     def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
-        self._uniforms = {"caching_cameras": camera_uniforms(pages.cameras, pages.numbers, origin)}
+        self._cameras = camera_table(pages.cameras, pages.numbers, origin)
         self._program = PassShader(
             name="correspondence",
             fragment="correspondence",
             library=_LIBRARY,
             defines=pages.defines,
-            blocks=(camera_block(len(pages.cameras)),),
-            samplers=(*_VISIBLE_SAMPLERS, *pages.depth_samplers),
+            samplers=(*_VISIBLE_SAMPLERS, *CAMERA_SAMPLERS, *pages.depth_samplers),
             outputs=(("VEC4", "correspondence"),),
         ).build()
 
@@ -133,9 +77,10 @@ class CorrespondencePass:
             {
                 "visible_position": visible.position,
                 "visible_normal": visible.normal,
+                "camera_table": self._cameras,
                 **self._pages.depth_textures(),
             },
-            self._uniforms,
+            {},
         )
         return CorrespondenceMap(texture)
 
@@ -146,7 +91,7 @@ class GatherPass:
     def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
         self._origin = np.array(origin, dtype=np.float64)
-        self._uniforms = {"caching_cameras": camera_uniforms(pages.cameras, pages.numbers, origin)}
+        self._cameras = camera_table(pages.cameras, pages.numbers, origin)
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
         self._programs = [
@@ -164,8 +109,12 @@ class GatherPass:
             library=("material_table", *_LIBRARY),
             defines=pages.defines,
             generated=unread + pages.glsl(),
-            blocks=(camera_block(len(pages.cameras)),),
-            samplers=(*_VISIBLE_SAMPLERS, ("correspondence", "FLOAT_2D"), *pages.samplers),
+            samplers=(
+                *_VISIBLE_SAMPLERS,
+                ("correspondence", "FLOAT_2D"),
+                *CAMERA_SAMPLERS,
+                *pages.samplers,
+            ),
             outputs=tuple(("VEC4", name) for name in outputs),
         ).build()
 
@@ -177,12 +126,13 @@ class GatherPass:
             "visible_position": visible.position,
             "visible_normal": visible.normal,
             "correspondence": correspondence.texture,
+            "camera_table": self._cameras,
             **self._pages.textures(),
         }
         for part, program in enumerate(self._programs):
             start = part * MAX_COLOR_SLOTS
             target = framebuffer(targets[start : start + MAX_COLOR_SLOTS])
-            program.draw_fullscreen(target, textures, self._uniforms)
+            program.draw_fullscreen(target, textures, {})
         return SurfaceBuffer(
             width=width,
             height=height,

@@ -1,31 +1,39 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Caching cameras: projection into a deep framebuffer, where its texels lie, and the visibility of a
- * point. Needs: block caching_cameras, samplers cache_blocks and cache_depth, tolerances.glsl, and
- * sides as powers of two: a block's of texels (BLOCK_BITS), a page's (PAGE_BITS) and the table's
- * (TABLE_BITS) of blocks. */
+ * point. Needs: samplers camera_table, cache_blocks and cache_depth, tolerances.glsl, and sides as
+ * powers of two: a block's of texels (BLOCK_BITS), a page's (PAGE_BITS) and the table's (TABLE_BITS)
+ * of blocks. */
+
+/* A row of the camera table; see `camera_rows` in corrmap/camera_table.py. */
+vec4 camera_right(int camera) { return texelFetch(camera_table, ivec2(0, camera), 0); }
+vec4 camera_up(int camera) { return texelFetch(camera_table, ivec2(1, camera), 0); }
+vec4 camera_forward(int camera) { return texelFetch(camera_table, ivec2(2, camera), 0); }
+vec4 camera_place(int camera) { return texelFetch(camera_table, ivec2(3, camera), 0); }
+vec4 camera_picture(int camera) { return texelFetch(camera_table, ivec2(4, camera), 0); }
+int camera_count() { return textureSize(camera_table, 0).y; }
 
 /* Right, up and forward components of a local vector. */
 vec3 camera_axes(int camera, vec3 v)
 {
-  return vec3(dot(caching_cameras.right[camera].xyz, v),
-              dot(caching_cameras.up[camera].xyz, v),
-              dot(caching_cameras.forward[camera].xyz, v));
+  return vec3(dot(camera_right(camera).xyz, v),
+              dot(camera_up(camera).xyz, v),
+              dot(camera_forward(camera).xyz, v));
 }
 
 /* A local point in a camera's axes; z is the distance along the view axis. */
 vec3 camera_from_local(int camera, vec3 p)
 {
-  return camera_axes(camera, p - caching_cameras.place[camera].xyz);
+  return camera_axes(camera, p - camera_place(camera).xyz);
 }
 
 float half_extent(int camera)
 {
-  return caching_cameras.place[camera].w;
+  return camera_place(camera).w;
 }
 
 float picture_resolution(int camera)
 {
-  return caching_cameras.picture[camera].w;
+  return camera_picture(camera).w;
 }
 
 /* (u, v) in [0, 1] inside the picture, of a point in the camera's axes with z > 0. */
@@ -38,7 +46,7 @@ vec2 picture_coordinates(int camera, vec3 q)
  * channels. Negative where they are not held, as in a block that no view would choose. */
 ivec2 block_places(int camera, ivec2 block)
 {
-  vec4 picture = caching_cameras.picture[camera];
+  vec4 picture = camera_picture(camera);
   int number = int(picture.x) + block.y * int(picture.y) + block.x;
   ivec2 line = ivec2(number & ((1 << TABLE_BITS) - 1), number >> TABLE_BITS);
   return ivec2(texelFetch(cache_blocks, line, 0).xy);

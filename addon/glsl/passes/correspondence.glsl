@@ -16,7 +16,7 @@ void main()
   vec3 p = position.xyz;
   vec3 n = texelFetch(visible_normal, pixel, 0).xyz;
   float best = 0.0;
-  for (int camera = 0; camera < caching_cameras.count; camera++) {
+  for (int camera = 0; camera < camera_count(); camera++) {
     vec3 q = camera_from_local(camera, p);
     float extent = half_extent(camera);
     if (q.z <= 0.0 || max(abs(q.x), abs(q.y)) > q.z * extent) {

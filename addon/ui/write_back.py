@@ -19,7 +19,14 @@ import numpy as np
 from ..errors import InputError
 from ..relight.filters.slide_picture import slide_picture
 from ..scene.light_controls import LightControls
-from ..scene.written_light import COLOR, GROUP_MARK, OBJECT_MARK, is_written_node, take_out
+from ..scene.written_light import (
+    COLOR,
+    GROUP_MARK,
+    OBJECT_MARK,
+    before_controls,
+    is_written_node,
+    take_out,
+)
 from .moving_controls import animation_curves, moving_controls, with_moving
 from .node_math import NodeMath, Scalar
 from .write_back_filters import transmission
@@ -39,6 +46,21 @@ def write(data: Any, controls: LightControls) -> None:
         controls: as Relume shows them; neutral ones leave the light as the artist made it.
 
     Raises:
+        InputError: see `require_writable`; the light is then as it was.
+    """
+    require_writable(data, controls)
+    remove(data)
+    if has_filters(data.type, controls):
+        group = _group(data, controls)
+        for emission in _emissions(data):
+            _insert(data, emission, group)
+    _hide(data, controls)
+
+
+def require_writable(data: Any, controls: LightControls) -> None:
+    """Refuse what `write` could not do; nothing is changed.
+
+    Raises:
         InputError: the light cannot be edited, or its shader has no place for the controls.
     """
     if data.library is not None or not data.is_editable:
@@ -46,19 +68,13 @@ def write(data: Any, controls: LightControls) -> None:
             f"light '{data.name}' is linked from another file; make it local, or write its "
             "controls there"
         )
-    remove(data)
-    emissions = _emissions(data)
-    for emission in emissions:
-        if not emission.inputs["Color"].is_linked and _is_animated(emission.inputs["Color"]):
+    for emission in _emissions(data) if has_filters(data.type, controls) else []:
+        color = emission.inputs["Color"]
+        if not before_controls(color).is_linked and _is_animated(color):
             raise InputError(
                 f"light '{data.name}' has an animated colour in its node '{emission.name}', which "
                 "nodes before it would hide; animate a Color node that is linked to it instead"
             )
-    if has_filters(data.type, controls):
-        group = _group(data, controls)
-        for emission in emissions:
-            _insert(data, emission, group)
-    _hide(data, controls)
 
 
 def has_filters(kind: str, controls: LightControls) -> bool:

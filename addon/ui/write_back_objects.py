@@ -30,19 +30,28 @@ def write_objects(data: Any) -> None:
         data: a `bpy.types.Light`; each of its objects has a list of its own.
 
     Raises:
-        InputError: one of the objects cannot be edited.
+        InputError: one of the objects cannot be edited; all are then as they were.
     """
+    require_objects_writable(data)
     remove_objects(data)
     for lamp in _lamps(data):
         wanted = _wanted(lamp)
-        if wanted is None:
-            continue
-        if lamp.library is not None or not lamp.is_editable:
+        if wanted is not None:
+            _link(lamp, wanted)
+
+
+def require_objects_writable(data: Any) -> None:
+    """Refuse what `write_objects` could not do; nothing is changed.
+
+    Raises:
+        InputError: one of the light's objects cannot be edited.
+    """
+    for lamp in _lamps(data):
+        if _wanted(lamp) is not None and (lamp.library is not None or not lamp.is_editable):
             raise InputError(
                 f"light '{lamp.name}' is linked from another file; make it local, or write its "
                 "objects there"
             )
-        _link(lamp, wanted)
 
 
 def remove_objects(data: Any) -> None:

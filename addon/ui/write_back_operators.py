@@ -20,6 +20,7 @@ from .write_back_objects import (
     are_objects_current,
     are_objects_written,
     remove_objects,
+    require_objects_writable,
     write_objects,
 )
 
@@ -87,6 +88,9 @@ class RELUME_OT_write_back(_LightOperator, bpy.types.Operator):
         read = {light: _controls(light, depsgraph) for light in self._lights(context)}
 
         def work(light: Any) -> None:
+            # A light is written as a whole, or left with what it has.
+            write_back.require_writable(light, read[light])
+            require_objects_writable(light)
             write_back.write(light, read[light])
             write_objects(light)
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -148,6 +149,23 @@ def test_an_animated_colour_is_refused(light: Any) -> None:
     with pytest.raises(InputError, match="animate a Color node"):
         write_back.write(light.data, DOORS)
     assert dump(light) == before
+
+
+def test_a_refused_light_keeps_what_it_has(light: Any) -> None:
+    from addon.ui import write_back
+
+    color = light.data.node_tree.nodes["Emission"].inputs["Color"]
+    write_back.write(light.data, replace(DOORS, diffuse=0.0))
+    color.keyframe_insert("default_value", frame=1)
+    before = dump(light)
+    with pytest.raises(InputError, match="animate a Color node"):
+        write_back.write(light.data, LightControls(falloff=Falloff(1.0)))
+    assert dump(light) == before
+    assert not light.visible_diffuse
+    assert write_back.is_current(light.data, replace(DOORS, diffuse=0.0))
+    # What needs no nodes is not in the way of any.
+    write_back.write(light.data, LightControls())
+    assert not write_back.is_written(light.data)
 
 
 def test_a_copied_light_keeps_its_own(light: Any) -> None:

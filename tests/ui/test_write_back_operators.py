@@ -9,6 +9,7 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.errors import InputError
 from addon.scene.light_controls import LightControls
 from addon.scene.light_controls_reader import read_controls
 from addon.scene.written_light import is_written_node
@@ -61,6 +62,22 @@ def test_all_lights_at_once(light: Any) -> None:
     bpy.ops.relume.remove_write_back(all_lights=True)
     assert not write_back.is_written(light.data)
     assert not write_back.is_written(other.data)
+
+
+def test_a_light_whose_objects_are_refused_keeps_its_nodes(
+    light: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bpy.ops.relume.write_back()
+    written = group_of(light.data)
+    light.data.relume.barn_doors.width = 0.25
+
+    def refuse(_data: Any) -> None:
+        raise InputError("linked from another file")
+
+    monkeypatch.setattr("addon.ui.write_back_operators.require_objects_writable", refuse)
+    with pytest.raises(RuntimeError, match="linked from another file"):
+        bpy.ops.relume.write_back()
+    assert group_of(light.data) == written
 
 
 def test_without_a_light_it_says_so(light: Any) -> None:

@@ -35,6 +35,8 @@ class SceneArrays:
         surface_edits: that the .blend keeps.
         emitter_linking: of objects that may glow, by their names.
         mute_world, mute_emission: whether the .blend leaves these out of the picture.
+        solo_objects, mute_objects: names of glowing objects whose light is shown alone, or left
+            out.
     """
 
     geometry: SceneGeometry
@@ -46,6 +48,8 @@ class SceneArrays:
     emitter_linking: Mapping[str, LightLinking] = field(default_factory=dict)
     mute_world: bool = False
     mute_emission: bool = False
+    solo_objects: tuple[str, ...] = ()
+    mute_objects: tuple[str, ...] = ()
 
 
 def read_scene(scene: Any) -> SceneArrays:
@@ -78,21 +82,25 @@ def read_scene(scene: Any) -> SceneArrays:
 
 
 def mixed(arrays: SceneArrays, solo: Sequence[str], mute: Sequence[str]) -> SceneArrays:
-    """The scene with some lights alone, or without some.
+    """The scene with some lights and glowing objects alone, or without some.
 
     Args:
         arrays: the scene; what its own lights say of solo and mute counts where `solo` is empty.
-        solo: names of lights.
-        mute: names of lights.
+        solo: names of lights, or of objects that may glow.
+        mute: names of lights, or of objects that may glow.
 
     Raises:
-        InputError: a name is none of the lights that shine.
+        InputError: a name is none of the lights that shine, and no object's.
     """
     known = [light.name for light in arrays.lights]
+    objects = set(arrays.geometry.object_names) - set(known)
     for name in (*solo, *mute):
-        if name not in known:
+        if name not in known and name not in objects:
             some = ", ".join(known) or "none"
-            raise InputError(f"there is no light '{name}' that shines; those are: {some}")
+            raise InputError(
+                f"there is no light '{name}' that shines, and no object of that name that might "
+                f"glow; the lights are: {some}"
+            )
     lights = tuple(
         replace(
             light,
@@ -101,7 +109,12 @@ def mixed(arrays: SceneArrays, solo: Sequence[str], mute: Sequence[str]) -> Scen
         )
         for light in arrays.lights
     )
-    return replace(arrays, lights=lights)
+    return replace(
+        arrays,
+        lights=lights,
+        solo_objects=tuple(name for name in solo if name in objects),
+        mute_objects=tuple(name for name in mute if name in objects),
+    )
 
 
 def unmixed(arrays: SceneArrays) -> SceneArrays:
@@ -179,7 +192,8 @@ def open_session(
 
     Raises:
         InputError: there is no such cache, it is damaged, it was baked from another scene or not
-            at this frame; or there is no driver to draw with.
+            at this frame; or there is no driver to draw with; or an object that is to be shown
+            alone, or left out, does not glow.
     """
     from addon.relight.session import RelightSession
     from addon.relight.shadows.shadow_frustum import ShadowSettings
@@ -198,6 +212,7 @@ def open_session(
         progress=progress,
     )
     session.set_emitter_linking(arrays.emitter_linking)
+    session.set_glow_mix(arrays.solo_objects, arrays.mute_objects)
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     session.set_muted(world=arrays.mute_world, emission=arrays.mute_emission)

@@ -192,6 +192,22 @@ class RelightSession:
         if self._glowing is not None and self._glowing.set_linking(linking):
             self._follow_glow()
 
+    def set_glow_mix(self, solo: Collection[str], mute: Collection[str]) -> None:
+        """Show only the light of some objects that glow, or leave that of some out.
+
+        Args:
+            solo: names of objects.
+            mute: names of objects.
+
+        Raises:
+            InputError: one of them does not glow, as far as the cache tells.
+        """
+        if self._glowing is not None:
+            self._glowing.set_mix(solo, mute)
+            self._follow_glow()
+        elif solo or mute:
+            raise InputError(f"object '{[*solo, *mute][0]}' does not glow; nothing here does")
+
     def set_muted(self, *, world: bool, emission: bool) -> None:
         """Leave the world's light out, or what glows and its light; lights say it of themselves.
 

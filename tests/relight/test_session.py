@@ -398,6 +398,16 @@ def test_glowing_objects_light_others(gpu_context: None, room: Any) -> None:
     session.set_muted(world=False, emission=True)
     assert set(session.render().layers) == {"World"}
     session.set_muted(world=False, emission=False)
+    with pytest.raises(InputError, match=f"does not glow; those that do are: '{box}'"):
+        session.set_glow_mix([box], ["nothing"])
+    lamp = point_light("A", (1, 1, 1.5))
+    session.set_lights([lamp])
+    session.set_glow_mix([box], [])
+    assert set(session.render().layers) == {box}
+    session.set_glow_mix([], [box])
+    assert set(session.render().layers) == {"A", "World", "Emission"}
+    session.set_glow_mix([], [])
+    session.set_lights([])
     session.set_surface_edits(
         SurfaceEdits(materials={geometry.material_names[1]: SurfaceEdit(emission=0.5)})
     )

@@ -76,6 +76,22 @@ def test_edits_change_the_picture_as_they_say(
     np.testing.assert_allclose(pictures[1], wanted, rtol=1e-4, atol=1e-7)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--solo", "Nobody"), "there is no light 'Nobody'"),
+        (("--mute", "Floor"), "object 'Floor' does not glow"),
+    ],
+)
+def test_what_gives_no_light_is_neither_soloed_nor_muted(
+    words: tuple[str, str], said: str, baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
+    scene, cache = baked
+    out = tmp_path / "out.exr"
+    run = relume_here(*small("relight", scene, "--cache", cache, "--out", out, *words))
+    assert_refused(run, said)
+
+
 def test_a_light_that_is_switched_off_leaves_black(
     baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
 ) -> None:

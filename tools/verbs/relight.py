@@ -43,10 +43,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="in an .exr: for each light also a layer for each kind of lobe, as Key.diffuse",
     )  # fmt: skip
     parser.add_argument(
-        "--solo", nargs="+", metavar="LIGHT", default=[], help="show only these lights"
+        "--solo",
+        nargs="+",
+        metavar="LIGHT",
+        default=[],
+        help="show only these lights; glowing objects count among them",
     )
     parser.add_argument(
-        "--mute", nargs="+", metavar="LIGHT", default=[], help="leave these lights out"
+        "--mute",
+        nargs="+",
+        metavar="LIGHT",
+        default=[],
+        help="leave these lights out; glowing objects count among them",
     )
     parser.add_argument(
         "--surfaces", type=Path, metavar="SURFACES.json",

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.surface_sampler import SurfaceSampler
+from ...errors import InputError
 from ...glsl.shader import read_texture
 from ...scene.light import Light
 from ...scene.light_linking import UNLINKED, LightLinking
@@ -36,6 +37,8 @@ class GlowingObjects:
         self._baked = glow(self._layout.plan, self._layout, read_texture(pages.material_table))
         self._edits = NO_EDITS
         self._linking: Mapping[str, LightLinking] = {}
+        self._solo: frozenset[str] = frozenset()
+        self._mute: frozenset[str] = frozenset()
         self._all: tuple[MeshLight, ...] | None = None
         self._chosen: tuple[MeshLight, ...] = ()
 
@@ -57,6 +60,20 @@ class GlowingObjects:
         self._all = None
         return True
 
+    def set_mix(self, solo: Collection[str], mute: Collection[str]) -> None:
+        """Show only the light of some objects, or leave that of some out; by their names.
+
+        Raises:
+            InputError: one of them does not glow.
+        """
+        known = [light.name for light in self._lights()]
+        for name in (*solo, *mute):
+            if name not in known:
+                some = ", ".join(f"'{name}'" for name in known) or "none"
+                raise InputError(f"object '{name}' does not glow; those that do are: {some}")
+        self._solo, self._mute = frozenset(solo), frozenset(mute)
+        self._all = None
+
     def choose(
         self, lights: Sequence[Light], receivers: NDArray[np.float64]
     ) -> tuple[MeshLight, ...]:
@@ -66,21 +83,16 @@ class GlowingObjects:
             lights: the scene's other lights; those that are mute outshine nothing.
             receivers: (N, 3) world space: places that the view sees.
         """
-        if self._all is None:
-            factors = {name: edit.emission for name, edit in self._edits.objects.items()}
-            glowing = mesh_lights(self._sampler.geometry, self._edited(), factors)
-            self._all = tuple(
-                replace(light, linking=self._linking.get(light.name, UNLINKED)) for light in glowing
-            )
+        glowing = self._lights()
         taken = {light.name for light in lights}
         audible = [light for light in lights if not light.mute]
-        share = shares([*self._all, *audible], receivers)[: len(self._all)]
+        share = shares([*glowing, *audible], receivers)[: len(glowing)]
         there = {light.name for light in self._chosen}
         self._chosen = tuple(
             light
-            for light, part in zip(self._all, share, strict=True)
+            for light, part in zip(glowing, share, strict=True)
             if light.name not in taken
-            and part >= LEAST_SHARE * (_STAYS if light.name in there else 1.0)
+            and (light.solo or part >= LEAST_SHARE * (_STAYS if light.name in there else 1.0))
         )
         return self._chosen
 
@@ -98,6 +110,21 @@ class GlowingObjects:
                 f"this view light nothing: {names}{more}"
             )
         return tuple(said)
+
+    def _lights(self) -> tuple[MeshLight, ...]:
+        """All that glow."""
+        if self._all is None:
+            factors = {name: edit.emission for name, edit in self._edits.objects.items()}
+            self._all = tuple(
+                replace(
+                    light,
+                    linking=self._linking.get(light.name, UNLINKED),
+                    solo=light.name in self._solo,
+                    mute=light.name in self._mute,
+                )
+                for light in mesh_lights(self._sampler.geometry, self._edited(), factors)
+            )
+        return self._all
 
     def _edited(self) -> Glow:
         factors = np.ones((len(self._baked.radiance), 1))

@@ -232,6 +232,12 @@ class LightControls:
     specular: float = 1.0
     ambient: float = 0.0
 
+    @property
+    def shapes_beam(self) -> bool:
+        """Whether anything of it stands in the light's beam."""
+        in_beam = (self.barn_doors, self.distance, self.falloff, self.slide, self.noise)
+        return any((*in_beam, self.blockers))
+
 
 # Blockers that one light may have.
 MOST_BLOCKERS = 32

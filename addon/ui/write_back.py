@@ -79,10 +79,7 @@ def require_writable(data: Any, controls: LightControls) -> None:
 
 def has_filters(kind: str, controls: LightControls) -> bool:
     """Whether any of the controls becomes nodes on a light of this type."""
-    c = controls
-    return kind != "SUN" and any(
-        (c.barn_doors, c.distance, c.falloff, c.slide, c.noise, c.blockers)
-    )
+    return kind != "SUN" and controls.shapes_beam
 
 
 def remove(data: Any) -> None:

@@ -18,8 +18,10 @@ from addon.caching.plan import ChannelPlan
 from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
 from addon.progress import Cancelled
+from addon.relight.shadows.shadow_frustum import ShadowSettings
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
+from addon.scene.light_controls import LightControls, ShadowControls, Slide
 from addon.scene.view import View
 from addon.scene.world import World
 from tests import synthetic
@@ -352,8 +354,6 @@ def test_a_slow_view_is_shown_coarsely_first(gpu_context: None, room: Any) -> No
 def test_traced_shadows(gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both ways show one picture, but for pixels at the shadows' edges; changing the way redoes
     the lights' layers, and no other."""
-    from addon.relight.shadows.shadow_frustum import ShadowSettings
-
     session = open_session(room)
     session.set_lights([point_light("A", (1, 1, 1.5))])
     maps = session.render().layers["A"]
@@ -595,3 +595,28 @@ def test_what_was_made_for_a_light_goes_with_it(gpu_context: None, room: Any) ->
     session.set_lights([point_light("B", (-1, 1, 1.0))])
     session.render()
     assert set(made) == {"B"}
+
+
+def test_a_slide_is_uploaded_once(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The passes that shade and that trace share it, though its light's shadows are softened."""
+    from addon.relight.filters import slide as slides
+
+    made: list[Slide] = []
+    real = slides._slide_filter
+
+    def counted(slide: Slide) -> Any:
+        made.append(slide)
+        return real(slide)
+
+    monkeypatch.setattr(slides, "_slide_filter", counted)
+    picture = Slide(np.full((2, 2, 4), 0.5, dtype=np.float32), "half")
+    for shadow in (ShadowControls(), ShadowControls(softness=2.0, offset=(0.1, 0.0, 0.0))):
+        made.clear()
+        session = open_session(room, samples=2)
+        session.set_shadows(ShadowSettings(method="traced"))
+        lamp = replace(point_light("A", (1, 1, 1.5)), shadow_soft_size=0.05)
+        session.set_lights([replace(lamp, controls=LightControls(slide=picture, shadow=shadow))])
+        assert session.render().layers["A"].max() > 0.0
+        assert len(made) == 1

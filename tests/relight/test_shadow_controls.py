@@ -23,6 +23,7 @@ from addon.scene.light_controls import (
     ShadowControls,
     Superellipse,
 )
+from addon.scene.light_profile import LightProfile
 from tests.reference import light_pass as twin
 from tests.reference.surfaces import random_surfaces
 from tests.synthetic import box, geometry_of, looking_at
@@ -128,9 +129,13 @@ def test_shadow_light(kind: str) -> None:
         np.testing.assert_allclose(far, 3.0 * near, atol=0.02 if kind == "SUN" else 1e-9)
     offset = np.array([0.5, -0.2, 0.1])
     moved = shadow_light(light_of(kind, ShadowControls(offset=tuple(offset))))
+    moved_look = LightControls(shadow=ShadowControls(offset=tuple(offset)))
     want = centre + offset
     want = want / np.linalg.norm(want) if kind == "SUN" else want
     np.testing.assert_allclose(light_sample(moved, 0, 1).position, want, atol=1e-12)
+    # What it shines on from elsewhere says nothing of what it shines on.
+    profile = LightProfile(np.zeros((1, 1, 3), dtype=np.float32))
+    assert shadow_light(replace(light, controls=moved_look, profile=profile)).profile is None
     frustum = shadow_frustum(
         moved, light_sample(moved, 0, 1), np.array([[-1.0] * 3, [1.0] * 3]), np.zeros((1, 3)),
         ShadowSettings(64, 64),

@@ -76,13 +76,24 @@ _SPACE = (
 )
 
 
-def filter_block(used: FilterKinds) -> UniformBlock:
-    """The uniform block of some filters."""
-    return UniformBlock("filters", (*_SPACE, *(field for kind in used for field in kind.fields)))
+def filter_samplers(used: FilterKinds) -> Samplers:
+    """What some filters read."""
+    return tuple(sampler for kind in used for sampler in kind.samplers)
+
+
+def filter_blocks(used: FilterKinds) -> tuple[UniformBlock, ...]:
+    """The uniform block of some filters; none without filters."""
+    if not used:
+        return ()
+    fields = (field for kind in used for field in kind.fields)
+    return (UniformBlock("filters", (*_SPACE, *fields)),)
 
 
 def filter_glsl(used: FilterKinds) -> str:
-    """`vec3 light_filters(vec3 position)`, of local space: all of them together."""
+    """`vec3 light_filters(vec3 position)`, of local space: all of them together; nothing without
+    filters."""
+    if not used:
+        return ""
     lines = [
         "vec3 light_filters(vec3 position)",
         "{",
@@ -99,13 +110,20 @@ def filter_glsl(used: FilterKinds) -> str:
     return "\n".join(lines)
 
 
+def filter_textures(filters: Sequence[LightFilter]) -> dict[str, Any]:
+    """The textures of `filter_samplers`."""
+    return {name: texture for each in filters for name, texture in each.textures.items()}
+
+
 def filter_uniforms(
     light: Light, filters: Sequence[LightFilter], local_origin: NDArray[np.float64], count: int
-) -> dict[str, Any]:
-    """The values of `filter_block` for surfaces in the space around `local_origin`.
+) -> dict[str, dict[str, Any]]:
+    """The values of `filter_blocks` for surfaces in the space around `local_origin`.
 
     `count` is of how many of the light's samples this is one.
     """
+    if not filters:
+        return {}
     axes = np.zeros((3, 4))
     axes[:, :3] = light.axes
     values: dict[str, Any] = {
@@ -118,4 +136,4 @@ def filter_uniforms(
         values.update(each.values)
         if each.by_count is not None:
             values.update(each.by_count(count))
-    return values
+    return {"filters": values}

@@ -15,6 +15,7 @@ from ...glsl.shader import read_texture
 from ...scene.frame_across import frame_across
 from ...scene.light import Light
 from ...scene.view import View
+from ..filters.light_filters import LightFilters
 from ..light_points.light_contact import touches_surface
 from ..light_points.light_sample import LightSample, light_sample
 from ..lights.light_edit import layer_tint
@@ -70,7 +71,8 @@ class LayerDrawing:
         self._tables = AlbedoTextures()
         layout = sampler.layout
         self._has_emission = has_emission
-        self._light_pass = LightPass(self._tables, layout, split=split)
+        self._filters = LightFilters()
+        self._light_pass = LightPass(self._tables, layout, self._filters, split=split)
         self._background_pass = BackgroundPass()
         self._layout: SurfaceLayout | None = None
         self.follow_layout()
@@ -97,7 +99,7 @@ class LayerDrawing:
     def forget_light(self, light: str) -> None:
         """A light is gone."""
         self.forget_shadows(light)
-        self._light_pass.forget(light)
+        self._filters.forget(light)
 
     def set_shadows(self, shadows: ShadowSettings) -> None:
         """Find shadows another way, or draw finer maps."""
@@ -206,9 +208,7 @@ class LayerDrawing:
         self, surface: SurfaceBuffer, light: Light, sample: LightSample, stride: int
     ) -> Shadow:
         if self._settings.traces(light):
-            if self._traced is None:
-                self._traced = TracedShadowPass(self._sampler.geometry)
-            return self._traced.draw(
+            return self._tracing().draw(
                 surface,
                 light,
                 sample,
@@ -217,6 +217,11 @@ class LayerDrawing:
                 objects=self._objects.of(light).texture,
             )
         return self._shadows.get(light.name, sample, lambda: self._shadow_map(light, sample))
+
+    def _tracing(self) -> TracedShadowPass:
+        if self._traced is None:
+            self._traced = TracedShadowPass(self._sampler.geometry, self._filters)
+        return self._traced
 
     def _shadow_map(self, light: Light, sample: LightSample) -> ShadowMap:
         if self._pass is None:
@@ -236,9 +241,7 @@ class LayerDrawing:
         world_from_light[:3, :3] = np.stack([*frame_across(toward), toward], axis=1)
         sun, sample = Light("", "SUN", world_from_light, 1.0, np.ones(3)), LightSample(toward, 1)
         if self._settings.method == "traced":
-            if self._traced is None:
-                self._traced = TracedShadowPass(self._sampler.geometry)
-            return self._traced.draw(surface, sun, sample, stride=stride)
+            return self._tracing().draw(surface, sun, sample, stride=stride)
         receivers, eye = self._visible_receivers()
         bounds = self._sampler.geometry.bounds
         return self._pass.draw(sun, sample, bounds, receivers, eye=eye)

@@ -24,7 +24,10 @@ OBJECT_SAMPLERS: Samplers = (OBJECT_SAMPLER, ("object_table", "FLOAT_2D"))
 
 
 def object_textures(surface: SurfaceBuffer, table: Any) -> dict[str, Any]:
-    """The textures of OBJECT_SAMPLERS, for surfaces that have their `objects`."""
+    """The textures of OBJECT_SAMPLERS, for surfaces that have their `objects`; none without a
+    table."""
+    if table is None:
+        return {}
     if surface.objects is None:
         raise ValueError("the surfaces do not say which objects they are")
     return {OBJECT_SAMPLER[0]: surface.objects, "object_table": table}

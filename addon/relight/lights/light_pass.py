@@ -17,9 +17,11 @@ from ...glsl.uniforms import Field, UniformBlock
 from ...scene.light import Light
 from ..filters.light_filter import (
     FilterKinds,
-    filter_block,
+    filter_blocks,
     filter_glsl,
     filter_library,
+    filter_samplers,
+    filter_textures,
     filter_uniforms,
     kinds,
 )
@@ -83,21 +85,23 @@ class LightPass:
     Args:
         tables: textures of the specular tables.
         layout: of the surfaces.
+        filters: of the lights; one for all passes, so that textures are uploaded once.
         split: whether lobes of different kinds go to textures of their own.
     """
 
     def __init__(
-        self, tables: AlbedoTextures, layout: SurfaceLayout, *, split: bool = False
+        self,
+        tables: AlbedoTextures,
+        layout: SurfaceLayout,
+        filters: LightFilters | None = None,
+        *,
+        split: bool = False,
     ) -> None:
         self._tables = tables
         self._layout = layout
         self._split = split
-        self._filters = LightFilters()
+        self._filters = LightFilters() if filters is None else filters
         self._programs: dict[_Variant, ShaderProgram] = {}
-
-    def forget(self, light: str) -> None:
-        """A light is gone: what was uploaded for it is let go."""
-        self._filters.forget(light)
 
     def set_layout(self, layout: SurfaceLayout) -> None:
         """Read surfaces that are laid out otherwise from now on."""
@@ -142,13 +146,9 @@ class LightPass:
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface, stride),
             "light": light_uniforms(light, sample, surface.origin, weight * intensity),
+            **filter_uniforms(light, filters, surface.origin, sample.count),
         }
-        if filters:
-            for each in filters:
-                textures.update(each.textures)
-            uniforms["filters"] = filter_uniforms(light, filters, surface.origin, sample.count)
-        if objects is not None:
-            textures |= object_textures(surface, objects)
+        textures |= filter_textures(filters) | object_textures(surface, objects)
         if shadow is not None:
             textures.update(shadow.textures)
             uniforms.update(shadow.uniforms(surface.origin))
@@ -219,17 +219,17 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             *filter_library(filters),
             *(("object_share",) if variant.by_object else ()),
         ),
-        generated=layout.read_glsl() + (filter_glsl(filters) if filters else ""),
+        generated=layout.read_glsl() + filter_glsl(filters),
         blocks=(
             VIEW_BLOCK,
             LIGHT_BLOCK,
-            *((filter_block(filters),) if filters else ()),
+            *filter_blocks(filters),
             *(shadow.blocks if shadow else ()),
         ),
         samplers=(
             *layout.samplers,
             *table_samplers(layout),
-            *(sampler for kind in filters for sampler in kind.samplers),
+            *filter_samplers(filters),
             *(shadow.samplers if shadow else ()),
             # Edited surfaces may read one of them already.
             *(each for each in by_object if each not in layout.samplers),

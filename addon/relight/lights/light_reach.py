@@ -16,9 +16,11 @@ from ...glsl.uniforms import Field, UniformBlock
 from ...scene.light import Light
 from ..filters.light_filter import (
     FilterKinds,
-    filter_block,
+    filter_blocks,
     filter_glsl,
     filter_library,
+    filter_samplers,
+    filter_textures,
     filter_uniforms,
     kinds,
 )
@@ -31,10 +33,14 @@ _REACH_BLOCK = UniformBlock("reached", (Field("int", "stride"),))
 
 
 class ReachPass:
-    """Asks the light's own shader functions, so that rays follow exactly what is shaded."""
+    """Asks the light's own shader functions, so that rays follow exactly what is shaded.
 
-    def __init__(self) -> None:
-        self._filters = LightFilters()
+    Args:
+        filters: of the lights; one for all passes, so that textures are uploaded once.
+    """
+
+    def __init__(self, filters: LightFilters | None = None) -> None:
+        self._filters = LightFilters() if filters is None else filters
 
     def draw(
         self,
@@ -57,24 +63,23 @@ class ReachPass:
             (H, W, 4): xyz metres to the light's point in local axes (a sun's: unit direction), w
             the side that it lights: 1 the viewer's, -1 the other, 0 none.
         """
-        filters = self._filters.of(light)
+        # A light as its shadows see it may lack the filters that are kept under its name.
+        has_filters = light.profile is not None or light.controls.shapes_beam
+        filters = self._filters.of(light) if has_filters else ()
         program = _program(
             light, sample, kinds(filters), surface.layout, by_object=objects is not None
         )
         textures: dict[str, Any] = {
             "surface_position": surface.position,
             "surface_geometric_normal": surface.geometric_normal,
+            **filter_textures(filters),
+            **object_textures(surface, objects),
         }
         uniforms: dict[str, Mapping[str, Any]] = {
             "light": light_uniforms(light, sample, surface.origin, np.ones(3)),
             "reached": {"stride": stride},
+            **filter_uniforms(light, filters, surface.origin, sample.count),
         }
-        if filters:
-            for each in filters:
-                textures.update(each.textures)
-            uniforms["filters"] = filter_uniforms(light, filters, surface.origin, sample.count)
-        if objects is not None:
-            textures |= object_textures(surface, objects)
         reach = texture_2d(-(-surface.width // stride), -(-surface.height // stride))
         program.draw_fullscreen(framebuffer([reach]), textures, uniforms)
         return read_texture(reach)
@@ -97,12 +102,12 @@ def _program(
             *filter_library(filters),
             *(("object_share",) if by_object else ()),
         ),
-        generated=filter_glsl(filters) if filters else "",
-        blocks=(LIGHT_BLOCK, _REACH_BLOCK, *((filter_block(filters),) if filters else ())),
+        generated=filter_glsl(filters),
+        blocks=(LIGHT_BLOCK, _REACH_BLOCK, *filter_blocks(filters)),
         samplers=(
             ("surface_position", "FLOAT_2D"),
             ("surface_geometric_normal", "FLOAT_2D"),
-            *(sampler for kind in filters for sampler in kind.samplers),
+            *filter_samplers(filters),
             *(OBJECT_SAMPLERS if by_object else ()),
         ),
         outputs=(("VEC4", "reach"),),

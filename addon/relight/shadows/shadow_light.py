@@ -17,7 +17,8 @@ def shadow_light(light: Light) -> Light:
 
     Its samples are those of `light_sample`, by the same numbers as the light's own, so that a
     penumbra and the highlight beside it are made of points that belong together. It has no
-    filters, and a spot that is moved no cone: what it lights lies in other directions there.
+    filters and no profile, and a spot that is moved no cone: what it lights lies in other
+    directions there.
     """
     shadow = light.controls.shadow
     offset = np.array(shadow.offset, dtype=np.float64)
@@ -41,6 +42,7 @@ def shadow_light(light: Light) -> Light:
         size=light.size * extent,
         size_y=light.size_y * extent,
         controls=replace(NEUTRAL, shadow=shadow),
+        profile=None,
     )
 
 

@@ -20,6 +20,7 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import Texture, read_texture, texture_from_array
 from ...scene.geometry import SceneGeometry
 from ...scene.light import Light
+from ..filters.light_filters import LightFilters
 from ..light_points.light_sample import EmitterPoint, LightSample
 from ..lights.light_reach import ReachPass
 from ..shading.shadow import ShadowKind
@@ -86,12 +87,17 @@ class _Seen:
 
 
 class TracedShadowPass:
-    """Traces the shadows of one scene's geometry. Builds what it needs when it is first asked."""
+    """Traces the shadows of one scene's geometry. Builds what it needs when it is first asked.
 
-    def __init__(self, geometry: SceneGeometry) -> None:
+    Args:
+        geometry: the scene's.
+        filters: of the lights, see `ReachPass`.
+    """
+
+    def __init__(self, geometry: SceneGeometry, filters: LightFilters | None = None) -> None:
         self._geometry = geometry
         self._scene: LocalScene | None = None
-        self._reach = ReachPass()
+        self._reach = ReachPass(filters)
         self._seen: OrderedDict[int, _Seen] = OrderedDict()
 
     def draw(

@@ -11,6 +11,7 @@
 # make scene-accuracy SCENES="A.blend B.blend"   whole scenes beside Cycles, in views that placement
 #                  did not know: docs/scenes_accuracy.md; SCENE_ARGS="--plan" says how long it takes
 # make bench-caching BENCH_ARGS="A.blend B.blend"   sizes of caches, what they cost, and bake times
+# make bench-flight SCENES="A.blend B.blend"   a camera flight: holes, seams and flicker of each frame
 # make write-back  lights' controls in Relume and written back to Cycles: out/write_back/
 #
 # Each brings what it needs into the checkout first: uv into .uv/ and the rest into .venv/.
@@ -21,7 +22,7 @@ READY := .venv/.relume-ready
 RUN := .venv/bin/python
 
 .PHONY: accuracy scene-accuracy demo test lint extension bench-placement bench-placement-quality \
-	bench-caching bench-relight write-back machine clean
+	bench-caching bench-flight bench-relight write-back machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -50,6 +51,9 @@ bench-caching: $(READY) machine
 
 bench-relight: $(READY) machine
 	$(RUN) -m benchmarks.relight $(BENCH_ARGS)
+
+bench-flight: $(READY) machine
+	$(RUN) -m benchmarks.flight $(SCENES) $(BENCH_ARGS)
 
 write-back: $(READY) machine
 	$(RUN) -m benchmarks.write_back $(BENCH_ARGS)

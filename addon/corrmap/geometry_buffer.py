@@ -12,15 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
-from ..glsl.triangles import depth_tested, triangle_batch, vertex_buffer
+from ..glsl.triangles import depth_tested, triangle_batch
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.geometry import Cutout, SceneGeometry
+from .triangle_table import TABLE_SAMPLERS, TriangleTable
 
 # Who looks at the triangles: a camera, or a light that casts shadows.
 Audience = Literal["camera", "shadow"]
 
 # The block that every rasterizing pass has.
-RASTER_BLOCK = UniformBlock("raster", (Field("mat4", "clip_from_local"),))
+RASTER_BLOCK = UniformBlock(
+    "raster", (Field("mat4", "clip_from_local"), Field("int", "first_triangle"))
+)
 
 _EXTENSION_CODE = {"REPEAT": 0, "EXTEND": 1, "CLIP": 2, "MIRROR": 3}
 _CUTOUT_BLOCK = UniformBlock("cutout", (Field("int", "extension"),))
@@ -32,38 +35,41 @@ class RasterProgram:
 
     opaque: ShaderProgram
     cutout: ShaderProgram | None
-    with_objects: bool = False
+    reads_planes: bool = False
 
 
 def build_raster_program(
-    description: PassShader, with_cutouts: bool, with_objects: bool = False
+    description: PassShader,
+    with_cutouts: bool,
+    *,
+    numbers_triangles: bool = False,
+    reads_planes: bool = False,
 ) -> RasterProgram:
     """Complete a pass's description with the geometry's vertex stage, and compile it.
 
-    The fragment shader finds `local_position` (vec3), `surface_normal` (vec3, unit, by the
-    triangle's winding), `surface_material` (int) and, `with_objects`, `surface_object` (int,
-    HAS_OBJECT_ID is defined), and calls `cut_away()` first, which discards the fragment where
-    the material's mask says so.
+    The fragment shader finds `local_position` (vec3), and calls `cut_away()` first, which
+    discards the fragment where the material's mask says so. If it `numbers_triangles`, it also
+    finds `surface_triangle` (int), and if it `reads_planes`, `surface_plane()`.
     """
     plain = replace(
         description,
         vertex="geometry_vert",
-        vertex_in=(("VEC3", "position"), ("VEC3", "geometric_normal"), ("INT", "material_id")),
-        varyings=(
-            Varying("smooth", "VEC3", "local_position"),
-            Varying("flat", "VEC3", "surface_normal"),
-            Varying("flat", "INT", "surface_material"),
-        ),
+        vertex_in=(("VEC3", "position"),),
+        varyings=(Varying("smooth", "VEC3", "local_position"),),
         blocks=(RASTER_BLOCK, *description.blocks),
         library=("cutout", *description.library),
     )
-    if with_objects:
+    if numbers_triangles:
         plain = replace(
             plain,
-            name=f"{plain.name}_object",
-            vertex_in=(*plain.vertex_in, ("INT", "object_id")),
-            varyings=(*plain.varyings, Varying("flat", "INT", "surface_object")),
-            defines=(*plain.defines, ("HAS_OBJECT_ID", "1")),
+            varyings=(*plain.varyings, Varying("flat", "INT", "surface_triangle")),
+            defines=(*plain.defines, ("HAS_TRIANGLES", "1")),
+        )
+    if reads_planes:
+        plain = replace(
+            plain,
+            library=("triangle_table", *plain.library),
+            samplers=(TABLE_SAMPLERS[0], *plain.samplers),
         )
     masked = replace(
         plain,
@@ -74,7 +80,7 @@ def build_raster_program(
         samplers=(*plain.samplers, ("cutout_alpha", "FLOAT_2D")),
         defines=(*plain.defines, ("HAS_CUTOUT", "1")),
     )
-    return RasterProgram(plain.build(), masked.build() if with_cutouts else None, with_objects)
+    return RasterProgram(plain.build(), masked.build() if with_cutouts else None, reads_planes)
 
 
 @dataclass(frozen=True)
@@ -82,24 +88,19 @@ class _Group:
     """Triangles that are drawn in one call.
 
     Attributes:
+        first: the number of its first triangle.
         run_end, run_object: (R,) int64, runs of triangles of one object: where each ends, and
             whose it is.
     """
 
     batch: Any
+    first: int
     run_end: NDArray[np.int64]
     run_object: NDArray[np.int64]
     camera_visible: bool
     shadow_visible: bool
     cutout: Cutout | None
     mask: Any
-
-    @cached_property
-    def batch_with_objects(self) -> Any:
-        """The same with the attribute `object_id`: made when it is first needed."""
-        ids = np.repeat(self.run_object, 3 * np.diff(self.run_end, prepend=0))
-        self.batch.vertbuf_add(vertex_buffer({"object_id": ids.astype(np.int32)[:, None]}))
-        return self.batch
 
     def ranges(self, objects: NDArray[np.bool_]) -> list[tuple[int, int]]:
         """(first, end) triangle of each stretch that shows some objects."""
@@ -117,11 +118,14 @@ class GeometryBuffer:
             scene far from the world's origin keeps its precision in float32.
         has_cutouts: whether any triangle has an alpha mask.
         triangle_count: triangles on the GPU.
+        bounds: (2, 3) float64, world space.
+        scene_triangle: (T,) int64, the geometry's triangle by the number that it has here.
     """
 
     def __init__(self, geometry: SceneGeometry, origin: NDArray[np.float64]) -> None:
         self.origin = np.array(origin, dtype=np.float64)
         self.triangle_count = len(geometry)
+        self.bounds = geometry.bounds
         local = (geometry.vertices - self.origin).astype(np.float32)
         cutout_of_material = np.full(len(geometry.material_names), -1)
         for index, cutout in enumerate(geometry.cutouts):
@@ -133,14 +137,19 @@ class GeometryBuffer:
             + geometry.camera_visible.astype(np.int64) * 2
             + geometry.shadow_visible.astype(np.int64)
         )
+        self._geometry = geometry
         self._groups: list[_Group] = []
-        for key in np.unique(combination):
-            chosen = np.flatnonzero(combination == key)
+        # Sorting keeps what is equal in the geometry's order.
+        self.scene_triangle = np.argsort(combination, kind="stable")
+        keys, starts = np.unique(combination[self.scene_triangle], return_index=True)
+        parts = np.split(self.scene_triangle, starts[1:])
+        for key, first, chosen in zip(keys, starts, parts, strict=True):
             cutout_number = int(key) // 4 - 1
             cutout_used = geometry.cutouts[cutout_number] if cutout_number >= 0 else None
             self._groups.append(
                 _Group(
                     batch=_batch(geometry, local, chosen, cutout_used is not None),
+                    first=int(first),
                     **_runs(geometry.object_id[chosen]),
                     camera_visible=bool(key & 2),
                     shadow_visible=bool(key & 1),
@@ -153,6 +162,19 @@ class GeometryBuffer:
                 )
             )
         self.has_cutouts = any(group.cutout is not None for group in self._groups)
+
+    @cached_property
+    def table(self) -> TriangleTable:
+        """What is known of each triangle by its number; made when a pass first asks."""
+        geometry, order = self._geometry, self.scene_triangle
+        corner = geometry.vertices[geometry.triangles[order, 0]] - self.origin
+        normal = geometry.normal[order]
+        return TriangleTable.upload(
+            normal,
+            np.einsum("tx,tx->t", normal, corner),
+            geometry.material_id[order],
+            geometry.object_id[order],
+        )
 
     def draw(
         self,
@@ -175,11 +197,14 @@ class GeometryBuffer:
             objects: which of `SceneGeometry.object_names` are drawn; None for all.
         """
         textures = dict(textures or {})
-        uniforms = {"raster": {"clip_from_local": clip_from_local}, **(uniforms or {})}
+        if program.reads_planes:
+            textures[TABLE_SAMPLERS[0][0]] = self.table.plane
+        uniforms = dict(uniforms or {})
         with depth_tested():
             for group in self._groups:
                 if group.camera_visible if audience == "camera" else group.shadow_visible:
-                    _draw_group(group, program, textures, uniforms, objects)
+                    raster = {"clip_from_local": clip_from_local, "first_triangle": group.first}
+                    _draw_group(group, program, textures, {**uniforms, "raster": raster}, objects)
 
 
 def _draw_group(
@@ -193,12 +218,11 @@ def _draw_group(
     if ranges == []:
         return
     shader = _bind_group(group, program, textures, uniforms)
-    batch = group.batch_with_objects if program.with_objects else group.batch
     if ranges is None:
-        batch.draw(shader)
+        group.batch.draw(shader)
         return
     for first, end in ranges:
-        batch.draw_range(shader, elem_start=3 * first, elem_count=3 * (end - first))
+        group.batch.draw_range(shader, elem_start=3 * first, elem_count=3 * (end - first))
 
 
 def _bind_group(
@@ -235,8 +259,6 @@ def _batch(
 ) -> Any:
     attributes: dict[str, NDArray[Any]] = {
         "position": local[geometry.triangles[chosen]].reshape(-1, 3),
-        "geometric_normal": np.repeat(geometry.normal[chosen].astype(np.float32), 3, axis=0),
-        "material_id": np.repeat(geometry.material_id[chosen].astype(np.int32), 3)[:, None],
     }
     if with_uv:
         if geometry.uv is None:

@@ -12,20 +12,50 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import PassShader, Texture, framebuffer, texture_2d
-from ..glsl.uniforms import Field, UniformBlock
+from ..glsl.shader import PassShader, Texture, framebuffer, read_texture, texture_2d
 from ..scene.view import View
 from .geometry_buffer import GeometryBuffer, build_raster_program
+from .pixel_rays import RAY_BLOCK, clip_range, pixel_rays
+from .triangle_table import TABLE_SAMPLERS, TABLE_WIDTH
 
-_EYE_BLOCK = UniformBlock("eye", (Field("vec4", "place"),))
-
+# First which triangle each pixel sees, then its surface: what lies hidden costs no more than a
+# number, and nothing but positions has to pass through the vertex stage.
+_TRIANGLE_PASS = PassShader(
+    name="visible_triangle",
+    fragment="visible_triangle",
+    blocks=(RAY_BLOCK,),
+    outputs=(("VEC2", "visible_triangle"),),
+    writes_depth=True,
+)
+_EXACT_TRIANGLE_PASS = replace(
+    _TRIANGLE_PASS,
+    name="visible_triangle_exact",
+    library=("pixel_ray",),
+    defines=(("EXACT_DEPTH", "1"),),
+)
 _PASS = PassShader(
     name="visible_surface",
     fragment="visible_surface",
-    blocks=(_EYE_BLOCK,),
+    blocks=(RAY_BLOCK,),
+    library=("pixel_ray",),
+    samplers=(
+        ("visible_triangle", "FLOAT_2D"),
+        ("visible_depth", "DEPTH_2D"),
+        *TABLE_SAMPLERS,
+    ),
     outputs=(("VEC4", "visible_position"), ("VEC4", "visible_normal")),
 )
-_PASS_WITH_OBJECTS = replace(_PASS, outputs=(*_PASS.outputs, ("FLOAT", "visible_object")))
+_PASS_WITH_OBJECTS = replace(
+    _PASS,
+    name="visible_surface_object",
+    outputs=(*_PASS.outputs, ("FLOAT", "visible_object")),
+    defines=(("HAS_OBJECT_ID", "1"),),
+)
+
+# A triangle that reaches behind the viewer is clipped at the near plane, and 1 / w interpolated
+# from there: a depth of z is then off by z / near spacings of float32. From here on, where that
+# is a thousandth at the scene's far end, depth is taken from the triangle's plane instead.
+_FARTHEST_INTERPOLATED = 2.0**24 * 1e-3
 
 
 @dataclass(frozen=True)
@@ -37,13 +67,22 @@ class VisibleSurface:
         normal: RGBA32F, xyz unit geometric normal that faces the viewer.
         eye: (4,) float64: the camera's local place with w = 1, or for a parallel projection
             the unit direction toward the camera with w = 0.
+        triangles: RG32F, of the triangle's number n in the `GeometryBuffer`, 1 + n / 4096 rounded
+            down and the rest, 0 and 0 for nothing.
         objects: R32F, 1 + object id (exact: fewer than 2^24), 0 for nothing; if asked for.
     """
 
     position: Texture
     normal: Texture
     eye: NDArray[np.float64]
+    triangles: Texture
     objects: Texture | None = None
+
+    def triangle_numbers(self) -> NDArray[np.int64]:
+        """(H, W) each pixel's triangle by its number in the `GeometryBuffer`, -1 for nothing;
+        `GeometryBuffer.scene_triangle` has the geometry's own number."""
+        high, low = np.moveaxis(read_texture(self.triangles).astype(np.int64), -1, 0)
+        return np.asarray(np.where(high > 0, (high - 1) * TABLE_WIDTH + low, -1))
 
 
 class VisibleSurfacePass:
@@ -51,7 +90,6 @@ class VisibleSurfacePass:
 
     def __init__(self, geometry: GeometryBuffer) -> None:
         self._geometry = geometry
-        self._program = build_raster_program(_PASS, geometry.has_cutouts)
 
     def draw(
         self,
@@ -61,24 +99,41 @@ class VisibleSurfacePass:
         with_objects: bool = False,
     ) -> VisibleSurface:
         """The surfaces at the pixels' centres, moved by `offset` pixels (x, y)."""
-        program, targets = self._program, []
-        if with_objects:
-            program = build_raster_program(_PASS_WITH_OBJECTS, self._geometry.has_cutouts, True)
-            targets.append(texture_2d(view.width, view.height, "R32F"))
-        position = texture_2d(view.width, view.height)
-        normal = texture_2d(view.width, view.height)
-        depth = texture_2d(view.width, view.height, "DEPTH_COMPONENT32F")
-        eye = local_eye(view, self._geometry.origin)
-        target = framebuffer([position, normal, *targets], depth)
+        width, height, geometry = view.width, view.height, self._geometry
+        triangles = texture_2d(width, height, "RG32F")
+        depth = texture_2d(width, height, "DEPTH_COMPONENT32F")
+        target = framebuffer([triangles], depth)
+        exact = self._needs_exact_depth(view)
+        program = build_raster_program(
+            _EXACT_TRIANGLE_PASS if exact else _TRIANGLE_PASS,
+            geometry.has_cutouts,
+            numbers_triangles=True,
+            reads_planes=exact,
+        )
+        rays = {"ray": pixel_rays(view, geometry.origin, geometry.bounds, offset)}
         with target.bind():
             target.clear(color=(0.0, 0.0, 0.0, 0.0), depth=1.0)
-            self._geometry.draw(
-                program,
-                clip_from_local(view, self._geometry.origin, offset),
-                "camera",
-                uniforms={"eye": {"place": eye}},
-            )
-        return VisibleSurface(position, normal, eye, *targets)
+            matrix = clip_from_local(view, geometry.origin, offset)
+            geometry.draw(program, matrix, "camera", uniforms=rays)
+        position, normal = texture_2d(width, height), texture_2d(width, height)
+        objects = texture_2d(width, height, "R32F") if with_objects else None
+        resolve = (_PASS_WITH_OBJECTS if with_objects else _PASS).build()
+        tables = geometry.table.textures()
+        resolve.draw_fullscreen(
+            framebuffer([position, normal] if objects is None else [position, normal, objects]),
+            {"visible_triangle": triangles, "visible_depth": depth, **tables},
+            rays,
+        )
+        eye = local_eye(view, geometry.origin)
+        return VisibleSurface(position, normal, eye, triangles, objects)
+
+    def _needs_exact_depth(self, view: View) -> bool:
+        """Whether interpolated depths are too coarse, see `_FARTHEST_INTERPOLATED`."""
+        if not view.perspective:
+            return False
+        farthest = np.abs(self._geometry.bounds - view.origin).max(axis=0)
+        near, _ = clip_range(view)
+        return bool(np.linalg.norm(farthest) > _FARTHEST_INTERPOLATED * near)
 
 
 def local_eye(view: View, origin: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -91,7 +146,11 @@ def local_eye(view: View, origin: NDArray[np.float64]) -> NDArray[np.float64]:
 def clip_from_local(
     view: View, origin: NDArray[np.float64], offset: tuple[float, float] = (0.0, 0.0)
 ) -> NDArray[np.float64]:
-    """(4, 4) float64, the view's clip space from local space.
+    """(4, 4) float64, the view's clip space from local space, but for z.
+
+    z only clips what is nearer than the near plane, and for a parallel projection nothing: with
+    far / near beyond 1e7 float32 has no far plane to clip at, or one in a wrong place. The rest
+    is left to the fragment shader, as is depth.
 
     A sample `offset` pixels right of and above the pixel's centre comes to lie on the centre,
     so the picture is moved the other way.
@@ -102,4 +161,9 @@ def clip_from_local(
     shift = np.eye(4)
     shift[0, 3] = -2.0 * offset[0] / view.width
     shift[1, 3] = -2.0 * offset[1] / view.height
-    return shift @ view.clip_from_camera @ camera_from_local
+    clip_from_camera = view.clip_from_camera.copy()
+    clip_from_camera[2] = 0.0
+    if view.perspective:
+        # z + w >= 0 where w is at least the near distance.
+        clip_from_camera[2] = [*clip_from_camera[3, :3], -2.0 * clip_range(view)[0]]
+    return shift @ clip_from_camera @ camera_from_local

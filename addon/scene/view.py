@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal
 
@@ -56,6 +56,17 @@ class View:
         inverse[:3, :3] = rotation
         inverse[:3, 3] = -rotation @ self.origin
         return inverse
+
+    def region(self, left: int, bottom: int, right: int, top: int) -> View:
+        """The same camera with only some of its pixels: columns from `left` to before `right`,
+        rows from `bottom` to before `top`."""
+        width, height = right - left, top - bottom
+        picture = np.eye(4)
+        picture[0, 0], picture[1, 1] = self.width / width, self.height / height
+        picture[0, 3] = (self.width - left - right) / width
+        picture[1, 3] = (self.height - bottom - top) / height
+        matrix = picture @ self.clip_from_camera
+        return replace(self, clip_from_camera=matrix, width=width, height=height)
 
     def project(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         """World points (..., 3) to (..., 4): x and y in pixels, clip z / w, clip w.

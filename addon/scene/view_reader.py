@@ -56,15 +56,26 @@ def read_view(
         scale_x=scene.render.pixel_aspect_x,
         scale_y=scene.render.pixel_aspect_y,
     )
+    data = evaluated.data
     return View(
         world_from_camera=rigid(evaluated.matrix_world, f"camera '{camera.name}'"),
-        clip_from_camera=np.array(clip_from_camera, dtype=np.float64),
+        clip_from_camera=_with_clips(np.array(clip_from_camera), data.clip_start, data.clip_end),
         width=width,
         height=height,
         perspective=evaluated.data.type == "PERSP",
         pixel_filter=read_pixel_filter(scene),
         name=camera.name,
     )
+
+
+def render_region(view: View, render: Any) -> View:
+    """The part of a view that Blender's render settings ask for: all, or a render region."""
+    if not render.use_border:
+        return view
+    # Blender rounds the region's edges down to whole pixels.
+    left, right = int(render.border_min_x * view.width), int(render.border_max_x * view.width)
+    bottom, top = int(render.border_min_y * view.height), int(render.border_max_y * view.height)
+    return view.region(left, bottom, max(right, left + 1), max(top, bottom + 1))
 
 
 def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
@@ -77,6 +88,18 @@ def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
         perspective=bool(region_data.is_perspective),
         pixel_filter=read_pixel_filter(scene),
     )
+
+
+def _with_clips(clip_from_camera: Any, near: float, far: float) -> Any:
+    """(4, 4) float64, the same with the clip distances to float64's precision: in Blender's
+    float32 a far plane 1e7 times as far as the near one is lost."""
+    matrix = np.asarray(clip_from_camera, dtype=np.float64)
+    near, far = float(near), max(float(far), float(np.nextafter(near, np.inf)))
+    if matrix[3, 2]:
+        matrix[2, 2:] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    else:
+        matrix[2, 2:] = -2.0 / (far - near), -(far + near) / (far - near)
+    return matrix
 
 
 def read_pixel_filter(scene: Any) -> PixelFilter:

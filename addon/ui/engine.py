@@ -13,7 +13,7 @@ import numpy as np
 from ..errors import InputError
 from ..progress import Cancelled
 from ..scene.view import View
-from ..scene.view_reader import find_camera, read_view
+from ..scene.view_reader import find_camera, read_view, render_region
 from . import compatible_panels
 from .light_passes import Pixels, add_up, light_passes
 from .unbaked_picture import draw_unbaked
@@ -40,7 +40,7 @@ class RelumeEngine(bpy.types.RenderEngine):
         """A final picture of the scene's camera; F12."""
         scene = depsgraph.scene
         try:
-            view = read_view(depsgraph, find_camera(scene))
+            view = render_region(read_view(depsgraph, find_camera(scene)), scene.render)
         except InputError as error:
             self._refuse(error)
             return
@@ -97,24 +97,16 @@ class RelumeEngine(bpy.types.RenderEngine):
         self.report({"ERROR"}, f"Relume: {error}")
 
     def _deliver(self, depsgraph: Any, passes: Mapping[str, Pixels]) -> None:
-        """Hand a view layer's whole picture to Blender, cut to the render region if one is set."""
-        scene = depsgraph.scene
+        """Hand a view layer's picture, or its render region, to Blender."""
         height, width = passes["Combined"].shape[:2]
-        left, bottom, right, top = 0, 0, width, height
-        if scene.render.use_border:
-            border = scene.render
-            left, right = int(border.border_min_x * width), int(border.border_max_x * width)
-            bottom, top = int(border.border_min_y * height), int(border.border_max_y * height)
         # Blender counts from the region's corner, not from the picture's.
-        size = (right - left, top - bottom)
-        result = self.begin_result(0, 0, *size, layer=depsgraph.view_layer.name)
+        result = self.begin_result(0, 0, width, height, layer=depsgraph.view_layer.name)
         try:
             for layer in result.layers:
                 for name, pixels in passes.items():
                     target = layer.passes.get(name)
                     if target is not None:
-                        part = pixels[bottom:top, left:right].astype(np.float32)
-                        target.rect.foreach_set(part.ravel())
+                        target.rect.foreach_set(pixels.astype(np.float32).ravel())
         finally:
             # Whatever happens, Blender gets its result back.
             self.end_result(result)

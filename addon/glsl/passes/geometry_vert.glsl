@@ -3,10 +3,10 @@
 void main()
 {
   local_position = position;
-  surface_normal = geometric_normal;
-  surface_material = material_id;
-#ifdef HAS_OBJECT_ID
-  surface_object = object_id;
+#ifdef HAS_TRIANGLES
+  /* Triangles share no vertices, so a vertex tells its triangle. gl_PrimitiveID would too, but
+   * Blender's Metal back end has it only for shaders that Python cannot describe. */
+  surface_triangle = raster.first_triangle + gl_VertexID / 3;
 #endif
 #ifdef HAS_CUTOUT
   surface_uv = uv;

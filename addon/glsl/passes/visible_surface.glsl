@@ -1,15 +1,28 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * The surface that each pixel of the view sees: where it is, which way it faces, what it is
- * made of. */
+ * The surface that each pixel of the view sees, from its triangle: where it is, which way it
+ * faces, what it is made of. */
 void main()
 {
-  cut_away();
-  vec3 N = normalize(surface_normal);
-  /* Toward the eye: its place less the surface's, or the direction of parallel projection. */
-  vec3 V = eye.place.xyz - eye.place.w * local_position;
-  visible_position = vec4(local_position, float(surface_material + 1));
-  visible_normal = vec4(dot(N, V) < 0.0 ? -N : N, 0.0);
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  ivec2 texel = ivec2(texelFetch(visible_triangle, pixel, 0).rg);
+  visible_position = vec4(0.0);
+  visible_normal = vec4(0.0);
 #ifdef HAS_OBJECT_ID
-  visible_object = float(surface_object + 1);
+  visible_object = 0.0;
+#endif
+  if (texel.x == 0) {
+    return;
+  }
+  texel = ivec2(texel.y, texel.x - 1);
+  vec4 plane = texelFetch(triangle_plane, texel, 0);
+  vec2 ids = texelFetch(triangle_ids, texel, 0).rg;
+  vec3 o = ray_origin(gl_FragCoord.xy);
+  vec3 d = ray_direction(gl_FragCoord.xy);
+  float rasterized = (texelFetch(visible_depth, pixel, 0).r - ray.clip.y) / ray.clip.x;
+  float depth = plane_depth(o, d, plane, rasterized);
+  visible_position = vec4(o + depth * d, ids.x);
+  visible_normal = vec4(dot(plane.xyz, d) > 0.0 ? -plane.xyz : plane.xyz, 0.0);
+#ifdef HAS_OBJECT_ID
+  visible_object = ids.y;
 #endif
 }

@@ -1,0 +1,63 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a pass may ask of a triangle by its number: its plane, material and object.
+
+Held once for each triangle and read once for each pixel, it costs a third of what the same values
+cost as attributes of the three corners.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..glsl.shader import Samplers, Texture, texture_from_array
+
+# Texels in a row of the tables; also in `triangle_table.glsl`.
+TABLE_WIDTH = 4096
+
+TABLE_SAMPLERS: Samplers = (("triangle_plane", "FLOAT_2D"), ("triangle_ids", "FLOAT_2D"))
+
+
+@dataclass(frozen=True)
+class TriangleTable:
+    """Textures with a texel for each triangle, row by row.
+
+    Attributes:
+        plane: RGBA32F, xyz unit normal by the corners' winding, w its product with any point of
+            the plane, metres, both in the space of the vertices.
+        ids: RG32F, 1 + material id and 1 + object id (exact below 2^24).
+    """
+
+    plane: Texture
+    ids: Texture
+
+    @classmethod
+    def upload(
+        cls,
+        normal: NDArray[np.float64],
+        offset: NDArray[np.float64],
+        material_id: NDArray[np.int32],
+        object_id: NDArray[np.int32],
+    ) -> TriangleTable:
+        """From (T, 3), (T,), (T,) and (T,), in the order of the triangles' numbers."""
+        count = len(normal)
+        plane = _texels(count, 4)
+        plane[:count, :3], plane[:count, 3] = normal, offset
+        ids = _texels(count, 2)
+        ids[:count, 0], ids[:count, 1] = material_id, object_id
+        ids += 1.0
+        return cls(
+            texture_from_array(plane.reshape(-1, TABLE_WIDTH, 4), "RGBA32F"),
+            texture_from_array(ids.reshape(-1, TABLE_WIDTH, 2), "RG32F"),
+        )
+
+    def textures(self) -> dict[str, Texture]:
+        """By the names in `TABLE_SAMPLERS`."""
+        return {"triangle_plane": self.plane, "triangle_ids": self.ids}
+
+
+def _texels(count: int, components: int) -> NDArray[np.float32]:
+    rows = max(-(-count // TABLE_WIDTH), 1)
+    return np.zeros((rows * TABLE_WIDTH, components), dtype=np.float32)

@@ -166,7 +166,9 @@ class RelightSession:
         """Lights were edited, added or removed; only what depends on that is redone."""
         self._given = tuple(lights)
         if self._glowing is not None and self._view is not None:
-            lights = [*lights, *self._glowing.choose(lights, self._drawing.visible_places())]
+            drawing = self._drawing
+            places, reached = drawing.visible_places(), drawing.reached
+            lights = [*lights, *self._glowing.choose(lights, places, reached)]
         new = {light.name: light for light in lights}
         touched = []
         for name, light in self._lights.items():

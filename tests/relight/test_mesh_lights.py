@@ -213,5 +213,28 @@ def test_shares_of_the_light() -> None:
     place = np.eye(4)
     place[2, 3] = 10.0
     lamp = Light("lamp", "POINT", place, 4.0 * np.pi * light.intensity[0] * 9.0, WHITE)
-    share = shares([light, lamp], np.zeros((5, 3)))
+    share = shares([light, lamp], [], np.zeros((5, 3)))
     assert share == pytest.approx([0.1, 0.9], rel=1e-3)
+    assert shares([light], [lamp], np.zeros((5, 3))) == pytest.approx([0.1], rel=1e-3)
+    assert shares([], [lamp], np.zeros((5, 3))).tolist() == []
+    assert shares([light], [lamp], np.zeros((0, 3))).tolist() == [1.0]
+
+
+def test_shares_beside_what_does_not_arrive() -> None:
+    """A strong sun counts where it reaches a place, and is asked for that only in doubt."""
+    light = glowing(*square(0.05, 10.0))
+    sun = Light("sun", "SUN", np.eye(4), 1e6 * light.intensity[0], WHITE)
+    asked: list[str] = []
+
+    def reached(other: Light) -> Array:
+        asked.append(other.name)
+        return np.array([1.0, 1.0, 1.0, 0.0])
+
+    places = np.zeros((4, 3))
+    assert shares([light], [sun], places) == pytest.approx([1e-8], rel=1e-2)
+    # One place in four has nothing but its light.
+    assert shares([light], [sun], places, reached) == pytest.approx([0.25], rel=1e-6)
+    assert asked == ["sun"]
+    weak = replace(sun, energy=0.1 * light.intensity[0])
+    assert shares([light], [weak], places, reached) == pytest.approx([1.0 / 11.0], rel=1e-3)
+    assert asked == ["sun"]

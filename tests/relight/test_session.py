@@ -21,7 +21,13 @@ from addon.progress import Cancelled
 from addon.relight.shadows.shadow_frustum import ShadowSettings
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
-from addon.scene.light_controls import LightControls, ShadowControls, Slide
+from addon.scene.light_controls import (
+    BarnDoors,
+    LightControls,
+    ShadowControls,
+    Slide,
+    Superellipse,
+)
 from addon.scene.view import View
 from addon.scene.world import World
 from tests import synthetic
@@ -413,13 +419,25 @@ def test_glowing_objects_light_others(gpu_context: None, room: Any) -> None:
     )
     half = session.render().layers[box]
     assert np.allclose(half, 0.5 * layer, rtol=1e-5, atol=1e-9)
-    # Beside a sun that is ten thousand times brighter it has no layer, and that is said.
+    # Beside a sun that is ten thousand times brighter it has no layer, and that is said. A sun
+    # that the room's walls keep out, or a spot or a lamp behind doors that look away, takes
+    # nothing of it.
     sun = Light("Sun", "SUN", synthetic.looking_at((0, 0, 0), (0.2, 0.1, -1)), 1e5, np.ones(3))
-    session.set_lights([sun])
+    everywhere = replace(sun, use_shadow=False)
+    session.set_lights([everywhere])
     assert box not in session.render().layers
     assert any("light nothing" in text and box in text for text in session.warnings)
+    away = synthetic.looking_at((0.0, 0.0, 1.2), (0.1, 0.0, 2.2))
+    spot = Light("Spot", "SPOT", away, 1e8, np.ones(3), spot_size=0.02, spot_blend=0.0)
+    doors = LightControls(barn_doors=BarnDoors(Superellipse(0.01, 0.01)))
+    lamp = Light("Lamp", "POINT", away, 1e8, np.ones(3), use_shadow=False, controls=doors)
+    for dark in (sun, spot, lamp):
+        session.set_lights([dark])
+        assert np.array_equal(session.render().layers[box], half), dark.name
+    session.set_lights([everywhere])
+    assert box not in session.render().layers
     # A mute sun outshines nothing.
-    session.set_lights([replace(sun, mute=True)])
+    session.set_lights([replace(everywhere, mute=True)])
     assert np.array_equal(session.render().layers[box], half)
 
 

@@ -18,13 +18,15 @@ from ...scene.view import View
 from ..filters.light_filters import LightFilters
 from ..light_points.light_contact import touches_surface
 from ..light_points.light_sample import LightSample, light_sample
-from ..lights.light_edit import layer_tint
+from ..lights.light_edit import changed_parts, layer_tint
 from ..lights.light_objects import LightObjects
 from ..lights.light_pass import LightPass, lobe_parts
+from ..lights.light_reach import ReachPass
 from ..lights.mesh_lights import POINTS
 from ..shading.albedo_pass import AlbedoTextures
 from ..shading.shadow import Shadow
 from ..shading.surface_pass import EmissionPass
+from ..shadows.reached_places import ReachedPlaces
 from ..shadows.shadow_cache import ShadowCache
 from ..shadows.shadow_frustum import ShadowSettings
 from ..shadows.shadow_light import shadow_light, shining_everywhere
@@ -36,9 +38,6 @@ from .layer_stack import LightLayer
 
 # Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
 _RECEIVER_STRIDE = 4
-
-# Of these, every n-th is asked which glowing objects matter there.
-_JUDGED_STRIDE = 16
 
 
 class LayerDrawing:
@@ -68,10 +67,13 @@ class LayerDrawing:
         self._shadows = ShadowCache()
         self._traced: TracedShadowPass | None = None
         self._receivers: tuple[NDArray[np.float64], NDArray[np.float64] | None] | None = None
+        self._places: ReachedPlaces | None = None
+        self._reached: dict[str, tuple[Light, NDArray[np.float64]]] = {}
         self._tables = AlbedoTextures()
         layout = sampler.layout
         self._has_emission = has_emission
         self._filters = LightFilters()
+        self._reach = ReachPass(self._filters)
         self._light_pass = LightPass(self._tables, layout, self._filters, split=split)
         self._background_pass = BackgroundPass()
         self._layout: SurfaceLayout | None = None
@@ -110,7 +112,8 @@ class LayerDrawing:
 
     def forget_surfaces(self) -> None:
         """The view sees other surfaces."""
-        self._receivers = None
+        self._receivers = self._places = None
+        self._reached.clear()
         if self._sampler.geometry_buffer is not self._geometry:
             self._geometry = self._sampler.geometry_buffer
             self._pass = ShadowPass(self._geometry, self._settings)
@@ -200,7 +203,24 @@ class LayerDrawing:
 
     def visible_places(self) -> NDArray[np.float64]:
         """(N, 3) world space: some of what the view sees."""
-        return self._visible_receivers()[0][::_JUDGED_STRIDE]
+        return self._judged().places
+
+    def reached(self, light: Light) -> NDArray[np.float64]:
+        """(N,) the share of a light's points that reach each of `visible_places`."""
+        known = self._reached.get(light.name)
+        if known is None or not {*changed_parts(known[0], light)} <= {"color"}:
+            look, table = light.controls.shadow, self._objects.of(light).texture
+            casts = light.use_shadow and look.density == 1.0 and not any(look.color)
+            places = self._judged()
+            share = places.share(
+                light,
+                self._reach,
+                self._tracing().local_scene(places.origin) if casts else None,
+                self._objects.caster_triangles(light),
+                None if table is None else (self._sampler.sample(0, with_objects=True), table),
+            )
+            self._reached[light.name] = known = (light, share)
+        return known[1]
 
     # Inside -------------------------------------------------------------------------------
 
@@ -218,9 +238,14 @@ class LayerDrawing:
             )
         return self._shadows.get(light.name, sample, lambda: self._shadow_map(light, sample))
 
+    def _judged(self) -> ReachedPlaces:
+        if self._places is None:
+            self._places = ReachedPlaces(self._sampler.sample(0))
+        return self._places
+
     def _tracing(self) -> TracedShadowPass:
         if self._traced is None:
-            self._traced = TracedShadowPass(self._sampler.geometry, self._filters)
+            self._traced = TracedShadowPass(self._sampler.geometry, self._reach)
         return self._traced
 
     def _shadow_map(self, light: Light, sample: LightSample) -> ShadowMap:

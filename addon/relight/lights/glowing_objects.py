@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -75,18 +75,22 @@ class GlowingObjects:
         self._all = None
 
     def choose(
-        self, lights: Sequence[Light], receivers: NDArray[np.float64]
+        self,
+        lights: Sequence[Light],
+        receivers: NDArray[np.float64],
+        reached: Callable[[Light], NDArray[np.float64]],
     ) -> tuple[MeshLight, ...]:
         """The glowing objects that light a view.
 
         Args:
             lights: the scene's other lights; those that are mute outshine nothing.
             receivers: (N, 3) world space: places that the view sees.
+            reached: gives for a light (N,) which share of it reaches each of these.
         """
         glowing = self._lights()
         taken = {light.name for light in lights}
         audible = [light for light in lights if not light.mute]
-        share = shares([*glowing, *audible], receivers)[: len(glowing)]
+        share = shares(glowing, audible, receivers, reached)
         there = {light.name for light in self._chosen}
         self._chosen = tuple(
             light

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,9 +16,12 @@ from ...scene.light import Light
 from ...scene.mesh_light import MeshLight, mesh_light
 from ..light_points.light_sample import light_sample
 
-# A glowing object lights the scene if it gives at least this share of the light that arrives, were
-# there no shadows, at the surfaces that the view sees. Less is below a step of an 8-bit display.
+# A glowing object lights the scene if it might give at least this share of the light that arrives
+# at the surfaces that the view sees. Less is below a step of an 8-bit display.
 LEAST_SHARE = 1e-3
+
+# What gives less than this share outshines nothing: it is not asked where it reaches.
+_OUTSHINES = 0.02
 
 # Points of a glowing object that one sample of the view is lit from: its layer has as many times
 # more shadow rays.
@@ -104,22 +107,48 @@ def mesh_lights(
     return tuple(lights)
 
 
-def shares(lights: Sequence[Light], receivers: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N,) the share of each light in what arrives at (R, 3) points of the world, unshadowed.
+def shares(
+    lights: Sequence[Light],
+    others: Sequence[Light],
+    receivers: NDArray[np.float64],
+    reached: Callable[[Light], NDArray[np.float64]] | None = None,
+) -> NDArray[np.float64]:
+    """(N,) the share of each of N lights in what arrives at some places: the mean of its shares
+    at each, as eyes and displays show what is dark in finer steps.
 
-    Cones, filters and the surfaces' own slopes are left out: it is about what might matter.
+    A light itself counts as if nothing stood in its way, for it is about what might matter. What
+    is beside it counts as far as it reaches a place.
+
+    Args:
+        lights: that are judged.
+        others: that are beside them.
+        receivers: (R, 3) world space: the places; without any, every light is all there is.
+        reached: gives for a light (R,) which share of it reaches each place; it is asked only
+            while a light is below LEAST_SHARE, and for what outshines it. None for all of it.
     """
-    arriving = np.array([_arriving(light, receivers) for light in lights])
-    total = arriving.sum()
-    return np.asarray(arriving / total if total > 0.0 else arriving)
+    if not lights or not len(receivers):
+        return np.ones(len(lights))
+    everything = [*lights, *others]
+    alone = np.array([_arriving(light, receivers) for light in everything])
+    beside, asked = alone.copy(), np.zeros(len(everything), dtype=np.bool_)
+    while True:
+        rest = np.maximum(beside.sum(axis=0) - beside, 0.0)
+        total = alone + rest
+        share = np.divide(alone, total, out=np.zeros_like(total), where=total > 0.0).mean(axis=1)
+        strong = np.flatnonzero(~asked & (share >= _OUTSHINES)).tolist()
+        if reached is None or not strong or share[: len(lights)].min() >= LEAST_SHARE:
+            return np.asarray(share[: len(lights)])
+        for index in strong:
+            beside[index] = alone[index] * reached(everything[index])
+            asked[index] = True
 
 
-def _arriving(light: Light, receivers: NDArray[np.float64]) -> float:
-    """The mean irradiance of surfaces that face a light's points."""
+def _arriving(light: Light, receivers: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(R,) the mean irradiance of surfaces that face a light's points."""
     brightness = float(np.abs(light.intensity) @ _LUMINANCE)
-    if light.type == "SUN" or not len(receivers):
-        return brightness
-    sum_of_all = 0.0
+    arriving = np.zeros(len(receivers))
+    if light.type == "SUN":
+        return arriving + brightness
     for k in range(_JUDGED_POINTS):
         sample = light_sample(light, k, _JUDGED_POINTS)
         way = sample.position - receivers
@@ -131,5 +160,5 @@ def _arriving(light: Light, receivers: NDArray[np.float64]) -> float:
             facing = np.abs(way @ sample.emitter.normal) / length
             own = light.area / (np.pi * _JUDGED_POINTS)
         near = max(own, float(np.finfo(np.float64).tiny))
-        sum_of_all += brightness * float(np.mean(facing / np.maximum(distance_sq, near)))
-    return sum_of_all / _JUDGED_POINTS
+        arriving += brightness * facing / np.maximum(distance_sq, near)
+    return arriving / _JUDGED_POINTS

@@ -20,7 +20,6 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import Texture, read_texture, texture_from_array
 from ...scene.geometry import SceneGeometry
 from ...scene.light import Light
-from ..filters.light_filters import LightFilters
 from ..light_points.light_sample import EmitterPoint, LightSample
 from ..lights.light_reach import ReachPass
 from ..shading.shadow import ShadowKind
@@ -91,13 +90,13 @@ class TracedShadowPass:
 
     Args:
         geometry: the scene's.
-        filters: of the lights, see `ReachPass`.
+        reach: asks what lights shine on.
     """
 
-    def __init__(self, geometry: SceneGeometry, filters: LightFilters | None = None) -> None:
+    def __init__(self, geometry: SceneGeometry, reach: ReachPass | None = None) -> None:
         self._geometry = geometry
         self._scene: LocalScene | None = None
-        self._reach = ReachPass(filters)
+        self._reach = ReachPass() if reach is None else reach
         self._seen: OrderedDict[int, _Seen] = OrderedDict()
 
     def draw(
@@ -121,7 +120,7 @@ class TracedShadowPass:
                 `shadow_visible`. Each set that is met gets a tree of its own, once.
             objects: `ObjectShares.texture`; `surface` must then have its `objects`.
         """
-        scene = self._local_scene(surface.origin)
+        scene = self.local_scene(surface.origin)
         reach = self._reach.draw(surface, light, sample, stride, objects)
         seen = self._seen_by(surface, scene)
         visible = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
@@ -149,7 +148,8 @@ class TracedShadowPass:
         visible[row, column, 0] = ~rays.blocked(start, direction, limit)
         return TracedShadow(texture_from_array(visible, "R8"), len(row))
 
-    def _local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
+    def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
+        """What rays meet, in the space around a place (3,) of the world."""
         if self._scene is None or not np.array_equal(self._scene.origin, origin):
             self._scene = LocalScene(self._geometry, origin)
             self._seen.clear()

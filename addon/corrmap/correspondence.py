@@ -26,6 +26,7 @@ from ..glsl.shader import (
     texture_2d,
 )
 from .camera_table import CAMERA_SAMPLERS, camera_table
+from .candidate_cameras import CANDIDATE_DEFINES, CANDIDATE_SAMPLERS, CandidatePass
 from .surface_buffer import SurfaceBuffer
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
@@ -53,32 +54,56 @@ _VISIBLE_SAMPLERS: Samplers = (
 )
 _LIBRARY = ("tolerances", "caching_camera")
 
+# Up to so many caching cameras are all tried at every pixel: making lists would take longer.
+TRIED_ALL = 8
+
 
 class CorrespondencePass:
-    """Finds the best caching camera of every pixel."""
+    """Finds the best caching camera of every pixel.
 
-    def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
+    Args:
+        pages: the cache.
+        origin: (3,) float64, of local space.
+        tried_all: up to how many cameras all are tried, without lists of candidates.
+    """
+
+    def __init__(
+        self, pages: TilePages, origin: NDArray[np.float64], *, tried_all: int = TRIED_ALL
+    ) -> None:
         self._pages = pages
         self._cameras = camera_table(pages.cameras, pages.numbers, origin)
+        listed = len(pages.cameras) > tried_all
+        self._candidates = (
+            CandidatePass(pages.defines, pages.depth_samplers) if listed else None
+        )  # fmt: skip
         self._program = PassShader(
             name="correspondence",
             fragment="correspondence",
-            library=_LIBRARY,
-            defines=pages.defines,
-            samplers=(*_VISIBLE_SAMPLERS, *CAMERA_SAMPLERS, *pages.depth_samplers),
+            library=(*_LIBRARY, "camera_score", *(("candidate_cameras",) if listed else ())),
+            defines=(*pages.defines, *(CANDIDATE_DEFINES if listed else ())),
+            samplers=(
+                *_VISIBLE_SAMPLERS,
+                *CAMERA_SAMPLERS,
+                *pages.depth_samplers,
+                *(CANDIDATE_SAMPLERS if listed else ()),
+            ),
             outputs=(("VEC4", "correspondence"),),
         ).build()
 
     def draw(self, visible: VisibleSurface) -> CorrespondenceMap:
         """The correspondence map of one sample of the view."""
         texture = texture_2d(visible.position.width, visible.position.height)
+        cameras = {"camera_table": self._cameras, **self._pages.depth_textures()}
+        lists = {}
+        if self._candidates is not None:
+            lists = self._candidates.draw(visible, cameras).textures()
         self._program.draw_fullscreen(
             framebuffer([texture]),
             {
                 "visible_position": visible.position,
                 "visible_normal": visible.normal,
-                "camera_table": self._cameras,
-                **self._pages.depth_textures(),
+                **cameras,
+                **lists,
             },
             {},
         )

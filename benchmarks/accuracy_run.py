@@ -44,10 +44,11 @@ def file_name(light: str) -> str:
 class Run:
     """The open set-up, relit and rendered for one light after another."""
 
-    def __init__(self, name: str, folder: Path) -> None:
+    def __init__(self, name: str, folder: Path, shadows: str = "traced") -> None:
         self._setup: Setup = build(name)
         self._folder = folder / name
         self._folder.mkdir(parents=True, exist_ok=True)
+        self._shadows: Any = shadows
         self._session: Any = None
         self._guides: dict[str, np.ndarray] = {}
 
@@ -64,6 +65,7 @@ class Run:
 
     def _open(self) -> Any:
         from addon.relight.session import RelightSession
+        from addon.relight.shadows.shadow_frustum import ShadowSettings
 
         scene, cache = self._setup.scene, self._folder / "cache"
         geometry = with_render_depsgraph(scene, read_geometry)
@@ -72,7 +74,8 @@ class Run:
             bake_scene(scene, geometry, [self._setup.caching], cache)
             scene.world = world
         open_gpu()
-        return RelightSession(geometry, CacheStore.open(cache), 1)
+        shadows = ShadowSettings(method=self._shadows)
+        return RelightSession(geometry, CacheStore.open(cache), 1, shadows)
 
     def _relit(self, name: str, count: int) -> np.ndarray:
         """(H, W, 3)."""
@@ -121,8 +124,9 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, required=True)
     parser.add_argument("--counts", type=int, nargs="+", required=True)
     parser.add_argument("--lights", nargs="+", choices=tuple(LIGHTS), required=True)
+    parser.add_argument("--shadows", choices=("map", "traced"), default="traced")
     args = parser.parse_args()
-    run = Run(args.setup, args.folder)
+    run = Run(args.setup, args.folder, args.shadows)
     for number, name in enumerate(args.lights, start=1):
         print(f"{args.setup}: {name} ({number} of {len(args.lights)})", file=sys.stderr, flush=True)
         run.light(name, args.counts)

@@ -424,7 +424,7 @@ class RelightSession:
     def _in_cells(self, layer: str) -> bool:
         """Whether a layer is that of a light whose highlights come cell by cell."""
         light = self._lights.get(self._light_of_layer.get(layer, ""))
-        return light is not None and self._sampler.layout.has("HAS_SPECULAR") and light.has_cells
+        return light is not None and self._drawing.in_cells(light)
 
     def _required_view(self) -> View:
         if self._view is None:

@@ -52,6 +52,22 @@ def is_point(lobe: Lobe, cells: Cells) -> NDArray[np.bool_]:
     return np.asarray(small | (lobe.distribution == 4.0))
 
 
+def half_alphas(lobe: Lobe) -> Array:
+    """(H, W, 2) the lobe's alpha along its axes."""
+    return np.stack(_frame(lobe)[2:], axis=-1)
+
+
+def half_slopes(lobe: Lobe, ways: Array) -> tuple[Array, Array]:
+    """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), and
+    the cosines (H, W, S) of the ways with the lobe's normal."""
+    X, Y, ax, ay = _frame(lobe)
+    directions = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
+    H = directions + lobe.V[..., None, :]
+    x, y, z = (np.einsum("hwsi,hwi->hws", H, axis) for axis in (X, Y, lobe.N_specular))
+    slopes = np.stack([x / ax[..., None], y / ay[..., None]], axis=-1) / z[..., None]
+    return slopes, np.einsum("hwsi,hwi->hws", directions, lobe.N_specular)
+
+
 def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     """The centre of what the cell's slopes weigh in the lobe."""
     N, V = lobe.N_specular, lobe.V

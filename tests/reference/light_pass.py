@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from addon.relight.light_points.light_sample import LightSample
 from addon.relight.lights.light_objects import ObjectShares
+from addon.scene.frame_across import frame_across
 from addon.scene.light import Light
 from addon.scene.light_controls import NEUTRAL
 
 from .bsdf import Lobe, dot
-from .highlight import Cells, half_vector, is_point
+from .highlight import SMALL_CELL_SQ, Cells, half_alphas, half_slopes, half_vector, is_point
 from .light_filters import light_filters
 from .surfaces import Surfaces
 
@@ -27,13 +28,16 @@ def light_layer(
     sample: LightSample,
     visibility: Array | None = None,
     shares: ObjectShares | None = None,
+    *,
+    spots: NDArray[np.bool_] | None = None,
 ) -> Array:
     """(H, W, 3) radiance that one point of a light causes; `visibility` (H, W) is of its shadow,
-    `shares` of the objects that `surface` tells."""
+    `shares` of the objects that `surface` tells, `spots` (H, W, S) are those of its cell that are
+    open."""
     to_diffuse, to_specular, blocks = _shares(surface, shares)
     L, strength, cell_sq = incidence(surface, light, sample)
     shape, controls = (*L.shape[:2], 3), light.controls
-    front, back, shine, albedo = (np.zeros(shape) for _ in range(4))
+    front, back, shine, hidden, albedo = (np.zeros(shape) for _ in range(5))
     for number in range(1, surface.lobes + 1):
         lobe = Lobe(surface, number)
         weight = to_diffuse * light.diffuse_factor * controls.diffuse * lobe.view_weight
@@ -44,22 +48,28 @@ def light_layer(
         weight = to_specular * light.specular_factor * controls.specular * lobe.view_weight
         gloss = specular(lobe, surface, light, sample, (L, strength, cell_sq))
         if visibility is not None:
-            gloss = gloss / np.maximum(share_above(surface, light), 0.02)[..., None]
+            gloss = gloss / np.maximum(share_above(surface, light, sample), 0.02)[..., None]
         shine = shine + weight * gloss
+        if visibility is not None:
+            part = visibility
+            if spots is not None:
+                part = highlight_open(lobe, surface, light, sample, spots)
+            hidden = hidden + weight * gloss * (1.0 - part)[..., None]
         albedo = albedo + lobe.view_weight * (lobe.diffuse_color + lobe.translucent_color)
     base, color = front + back, light.intensity * _tint(sample)
-    arriving = highlight = np.broadcast_to(color, shape)
+    arriving, highlight = np.broadcast_to(color, shape), shine * color
     if visibility is not None:
         NgoL = dot(surface.geometric_normal[..., :3], L)[..., None]
         own = np.where(NgoL > 0.0, front, np.where(NgoL < 0.0, back, 0.0))
         base = np.where(blocks, own, base)
-        shine = np.where(blocks & (NgoL <= 0.0), 0.0, shine)
+        shine, hidden = (np.where(blocks & (NgoL <= 0.0), 0.0, x) for x in (shine, hidden))
         seen, shadow = visibility[..., None], controls.shadow
         fill = (color @ [0.2126, 0.7152, 0.0722]) * np.array(shadow.color)
         arriving = color + shadow.density * (1.0 - seen) * (fill - color)
-        highlight = color * seen if shadow.hide_highlights else arriving
+        behind = 0.0 if shadow.hide_highlights else color + shadow.density * (fill - color)
+        highlight = (shine - hidden) * color + hidden * behind
     ambient = controls.ambient / np.pi * to_diffuse * albedo * color * strength[..., None]
-    total = base * arriving + shine * highlight + ambient
+    total = base * arriving + highlight + ambient
     if controls != NEUTRAL:
         total = total * light_filters(light, surface.position[..., :3] + surface.origin)
     return np.where(surface.hit[..., None], total, 0.0)
@@ -91,7 +101,7 @@ def specular(
         return strength[..., None] * lobe.specular(L, cell_sq)
     cells = light_cells(surface, light, sample, lobe.N_specular)
     # Phong's disks overlap, of lights that are parted into cells.
-    parted = light.type in ("SUN", "AREA") and sample.count > 1
+    parted = _parts(light, sample) > 1
     wide = np.where(lobe.distribution == 4.0, 1.5 if parted else 1.0, 1.0)
     point = strength[..., None] * lobe.specular(L, cell_sq * wide)
     if not cells.radiance.any():
@@ -102,7 +112,7 @@ def specular(
     mass = np.where(seen, half.mass, 0.0)
     terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL, mass)
     if light.type == "SPOT":
-        part = np.minimum(half.mass, 1.0)
+        part = np.ones_like(half.mass) if sample.per_receiver else np.minimum(half.mass, 1.0)
         shaped = (1.0 - part) * _cone(light, -L) + part * _cone(light, -half.L)
     elif light.type == "AREA":
         shaped = _spread(light, np.maximum(-dot(half.L, light.direction), 1e-6))
@@ -114,10 +124,38 @@ def specular(
     return np.where(is_point(lobe, cells)[..., None], point, value)
 
 
+def highlight_open(
+    lobe: Lobe, surface: Surfaces, light: Light, sample: LightSample, spots: NDArray[np.bool_]
+) -> Array:
+    """(H, W) the share of a lobe's highlight that comes from open spots, each as the lobe, widened
+    to the spot's part of the cell, sees it."""
+    place = surface.position[..., :3] + surface.origin
+    if light.type == "SUN":
+        ways = np.broadcast_to(sample.spots, (*place.shape[:2], *sample.spots.shape))
+    elif sample.per_receiver:
+        ways = np.stack([turned_way(light, place, s[:2])[0] for s in sample.spots], axis=2)
+    else:
+        ways = sample.spots - place[:, :, None]
+    cells = light_cells(surface, light, sample, lobe.N_specular)
+    s, NoL = half_slopes(lobe, ways)
+    L = incidence(surface, light, sample)[0]
+    LoH = np.maximum(np.sqrt(np.maximum(0.5 * (1.0 + dot(L, lobe.V)), 0.0)), 0.05)
+    spread = (0.125 * cells.angular_sq / spots.shape[-1] / LoH)[..., None]
+    axes = half_alphas(lobe)
+    s_sq = np.sum((s * (axes / np.sqrt(axes**2 + spread))[..., None, :]) ** 2, axis=-1)
+    gaussian = (lobe.distribution > 1.5)[..., None]
+    weight = np.where(gaussian, np.exp(-s_sq), (1.0 + s_sq) ** -2.0) * (NoL > 0.0)
+    total = weight.sum(axis=-1)
+    share = (weight * spots).sum(axis=-1) / np.where(total > 0.0, total, 1.0)
+    small = cells.angular_sq < SMALL_CELL_SQ * np.prod(axes, axis=-1)
+    plain = small | (total <= 1e-30)
+    return np.where(plain, spots.mean(axis=-1), share)
+
+
 def light_cells(surface: Surfaces, light: Light, sample: LightSample, N: Array) -> Cells:
     """What the sample's part of the light is to each pixel."""
     place = surface.position[..., :3] + surface.origin
-    share = 1.0 / sample.count if light.type in ("SUN", "AREA") else 1.0
+    share = 1.0 / _parts(light, sample)
     if light.type == "SUN":
         corners = np.broadcast_to(sample.corners, (*place.shape[:2], *sample.corners.shape))
         extent = 2.0 * np.pi * (1.0 - np.cos(0.5 * light.angle))
@@ -131,10 +169,30 @@ def light_cells(surface: Surfaces, light: Light, sample: LightSample, N: Array) 
     radiance = np.full(place.shape[:2], 1.0 / (extent * share) if extent > 0.0 else 0.0)
     if light.type == "AREA":
         radiance = np.where(dot(L, light.direction) < 0.0, radiance, 0.0)
+    if sample.per_receiver:
+        # Who is inside a ball sees all of it each time.
+        radiance = np.where(_is_inside(light, place), radiance * share, radiance)
     return Cells(corners, cell_sq, radiance)
 
 
+def _parts(light: Light, sample: LightSample) -> int:
+    """Of how many cells a lobe sees one in the sample."""
+    return sample.count if light.type in ("SUN", "AREA") or sample.per_receiver else 1
+
+
+def _is_inside(light: Light, place: Array) -> NDArray[np.bool_]:
+    distance = np.linalg.norm(place - light.position, axis=-1)
+    return np.asarray((distance <= light.shadow_soft_size) & (not light.use_soft_falloff))
+
+
 def _lamp_corners(light: Light, sample: LightSample, place: Array, N: Array) -> Array:
+    if sample.per_receiver:
+        ways = [turned_way(light, place, corner[:2])[0] for corner in sample.corners]
+        angle = 2.0 * np.pi * np.arange(len(ways)) / len(ways)
+        ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        about_N = N[:, :, None] + 1e4 * np.einsum("cj,hwjk->hwck", ring, _duff_frames(N))
+        inside = _is_inside(light, place)[..., None, None]
+        return np.where(inside, about_N, np.stack(ways, axis=2))
     axis = light.position - place
     d_sq = dot(axis, axis)
     radius = np.full(d_sq.shape, light.shadow_soft_size)
@@ -160,13 +218,13 @@ def _duff_frames(axis: Array) -> Array:
     return np.stack([first, second], axis=-2)
 
 
-def share_above(surface: Surfaces, light: Light) -> Array:
+def share_above(surface: Surfaces, light: Light, sample: LightSample) -> Array:
     """(H, W) the share of a lamp's disk that is above the surface: of a circle, beyond a chord."""
     place = surface.position[..., :3] + surface.origin
     axis = light.position - place
     d_sq = dot(axis, axis)
     radius = light.shadow_soft_size
-    if radius <= 0.0 or light.type in ("SUN", "AREA", "MESH"):
+    if radius <= 0.0 or light.type in ("SUN", "AREA", "MESH") or sample.per_receiver:
         return np.ones_like(d_sq)
     height = dot(axis, surface.geometric_normal[..., :3])
     r_sq = np.full(d_sq.shape, radius**2)
@@ -184,7 +242,7 @@ def share_above(surface: Surfaces, light: Light) -> Array:
 def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Array, Array, Array]:
     """L (H, W, 3); strength and squared angular radius of the point's part of the light (H, W)."""
     place = surface.position[..., :3] + surface.origin
-    share = 1.0 / sample.count if light.type in ("SUN", "AREA") else 1.0
+    share = 1.0 / _parts(light, sample)
     if light.type == "SUN":
         L = np.broadcast_to(sample.position, place.shape)
         cap = 2.0 * (1.0 - np.cos(0.5 * light.angle))
@@ -223,38 +281,43 @@ def incidence(surface: Surfaces, light: Light, sample: LightSample) -> tuple[Arr
 def _turned(
     light: Light, sample: LightSample, place: Array, share: float
 ) -> tuple[Array, Array, Array]:
-    """`incidence` where each receiver has its own point of the lamp: on the disk across the way
-    to it, or in the cone of the lamp's ball. A rotation takes the light's axis to that way."""
+    """`incidence` where each receiver has its own point of the lamp."""
     assert sample.on_disk is not None
+    toward, strength = turned_way(light, place, sample.on_disk)
+    t = np.linalg.norm(toward, axis=-1)
+    L = toward / t[..., None]
+    if light.type == "SPOT":
+        strength = strength * _cone(light, -L)
+    return L, strength, light.shadow_soft_size**2 * share / t**2
+
+
+def turned_way(light: Light, place: Array, on_disk: Array) -> tuple[Array, Array]:
+    """The way (H, W, 3) from each place to its own point of a lamp, and the strength (H, W): on the
+    disk across the way to it, or in the cone of the lamp's ball. A rotation takes the light's axis
+    to that way."""
     radius = light.shadow_soft_size
     away = place - light.position
     d = np.linalg.norm(away, axis=-1)
     axis = away / d[..., None]
-    flat = sample.facing(light, light.direction[None])[0] - light.position
+    flat = on_disk @ frame_across(light.direction)
     half = axis + light.direction
     half /= np.linalg.norm(half, axis=-1, keepdims=True)
     offset = flat - 2.0 * dot(half, flat)[..., None] * half
     if light.use_soft_falloff:
         toward = offset - away
-        t = np.linalg.norm(toward, axis=-1)
-        strength = d / t**3
-    else:
-        outside = d > radius
-        inside_cone = np.sqrt(1.0 - np.minimum(radius / d, 1.0) ** 2)
-        one_minus = np.minimum(radius / d, 1.0) ** 2 / (1.0 + inside_cone)
-        widest = np.where(outside, one_minus, 2.0)
-        drop = widest * np.sum(sample.on_disk**2) / radius**2
-        cosine, sine = 1.0 - drop, np.sqrt(drop * (2.0 - drop))
-        across = offset / np.linalg.norm(flat)
-        direction = sine[..., None] * across - cosine[..., None] * axis
-        chord = np.sqrt(np.maximum(radius**2 - (d * sine) ** 2, 0.0))
-        t = d * cosine + np.where(outside, -chord, chord)
-        toward = t[..., None] * direction
-        strength = 2.0 * widest / radius**2
-    L = toward / t[..., None]
-    if light.type == "SPOT":
-        strength = strength * _cone(light, -L)
-    return L, strength, radius**2 * share / t**2
+        return toward, d / np.linalg.norm(toward, axis=-1) ** 3
+    outside = d > radius
+    inside_cone = np.sqrt(1.0 - np.minimum(radius / d, 1.0) ** 2)
+    one_minus = np.minimum(radius / d, 1.0) ** 2 / (1.0 + inside_cone)
+    widest = np.where(outside, one_minus, 2.0)
+    # Corners of cells lie a little outside of the disk.
+    drop = np.minimum(widest * np.sum(on_disk**2) / radius**2, 2.0)
+    cosine, sine = 1.0 - drop, np.sqrt(drop * (2.0 - drop))
+    across = offset / np.linalg.norm(flat) if flat.any() else offset
+    direction = sine[..., None] * across - cosine[..., None] * axis
+    chord = np.sqrt(np.maximum(radius**2 - (d * sine) ** 2, 0.0))
+    t = np.maximum(d * cosine + np.where(outside, -chord, chord), 1e-7 * radius)
+    return t[..., None] * direction, 2.0 * widest / radius**2
 
 
 def _cone(light: Light, direction: Array) -> Array:

@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.glsl.shader import read_texture, texture_from_array
+from addon.relight.light_points.light_cells import SPOTS
 from addon.relight.light_points.light_sample import LightSample, light_sample
+from addon.relight.light_points.turned_disk import turned_way
 from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
 from addon.scene.geometry import Cutout, SceneGeometry
 from addon.scene.light import Light
@@ -148,12 +151,14 @@ def test_lamp_on_a_wall(kind: str) -> None:
     geometry = geometry_of([square(4.0, 0.0)])
     angle = np.radians(np.arange(15.0, 42.0, 3.0))
     points = 5.0 * np.stack([np.sin(angle), 0.0 * angle, np.cos(angle)], axis=-1)
-    surface = surfaces(points[None], -points[None] / 5.0)
+    # Blocks of pixels that look at all spots of a cell.
+    blocks = np.tile(np.repeat(points, 4, axis=0), (4, 1, 1))
+    surface = surfaces(blocks, -blocks / 5.0)
     count = 256
     share = np.zeros(len(angle))
     for k in range(count):
         sample = light_sample(light, k, count, per_receiver=True)
-        share += traced(geometry, light, surface, sample)[1][0] / count
+        share += traced(geometry, light, surface, sample)[1][2, 2::4] / count
     x = np.minimum(0.02 / (0.1 * np.sin(angle)), 1.0)
     want = 1.0 - (np.arccos(x) - x * np.sqrt(1.0 - x * x)) / np.pi
     # 256 points of a low-discrepancy sequence: a few points on the wrong side of a chord. Maps
@@ -189,11 +194,12 @@ def test_mean_irradiance(soft: bool, distance: float) -> None:
     light = Light("l", "POINT", np.eye(4), 4.0 * np.pi, WHITE, shadow_soft_size=radius,
                   use_soft_falloff=soft)  # fmt: skip
     surface = surfaces(np.array([[[distance, 0.0, 0.0]]]), np.array([-1.0, 0.0, 0.0]))
-    count = 256
+    # The nearest one sees nearly all of its light come from a sixteenth of the disk.
+    count = 1024 if distance < 0.5 * radius else 256
     samples = [light_sample(light, k, count, per_receiver=True) for k in range(count)]
     got = drawn_light(surface, light, samples)[0, 0, 0]
     want = 1.0 / (np.pi * (distance**2 + (radius**2 if soft else 0.0)))
-    # What 256 points leave where the integrand falls to a hundredth from the middle to the rim.
+    # What the points leave where the integrand falls to a hundredth from the middle to the rim.
     assert got == pytest.approx(want, rel=0.02 if distance < radius else 0.003)
 
 
@@ -276,8 +282,6 @@ def test_light_comes_through_what_is_translucent() -> None:
 
 def test_a_layer_of_fewer_pixels() -> None:
     """With a stride, each pixel of the layer asks for its own pixel of the surface."""
-    from addon.glsl.shader import read_texture
-
     geometry = geometry_of([square(2.0, 0.0), square(0.4, 1.0)])
     xs = np.linspace(-1.0, 1.0, 41)
     surface = surfaces(floor_points(xs, xs), UP).upload()
@@ -285,8 +289,95 @@ def test_a_layer_of_fewer_pixels() -> None:
     shadows = TracedShadowPass(geometry)
     sample = light_sample(light, 0, 1)
     whole, coarse = (
-        read_texture(shadows.draw(surface, light, sample, stride=stride).visibility)
-        for stride in (1, 4)
+        read_texture(shadows.draw(surface, light, sample, stride=stride).spots) for stride in (1, 4)
     )
     middle = np.minimum(np.arange(11) * 4 + 2, 40)
     assert np.array_equal(coarse, whole[np.ix_(middle, middle)])
+
+
+@pytest.mark.parametrize("kind", ["AREA", "SUN", "POINT"])
+def test_penumbra_of_few_samples(kind: Literal["AREA", "SUN", "POINT"]) -> None:
+    """Below a half-plane at half the light's height: the share of the light beyond the edge, as
+    seen from each place. Four samples have four cells, and 16 spots of each where it is seen in
+    parts: what is left is a row of a quarter of the spots, of both cells along the edge."""
+    geometry = geometry_of([square(20.0, 0.0), square(5.0, 1.0, (-5.0, 0.0))])
+    size = {"size": 1.0} if kind == "AREA" else {"shadow_soft_size": 0.5}
+    size = {"angle": 0.9} if kind == "SUN" else size
+    light = light_at(kind, (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), **size)
+    # Wide enough that all spots are looked at where the light is seen in parts.
+    xs = np.linspace(-4.0, 4.0, 400)
+    surface = surfaces(floor_points(xs, np.linspace(-0.1, 0.1, 8)), UP)
+    share, rays = np.zeros((8, 400)), 0
+    for k in range(4):
+        shadow = TracedShadowPass(geometry).draw(
+            surface.upload(), light, light_sample(light, k, 4, per_receiver=True)
+        )
+        share += spot_share(shadow) / 4
+        rays += shadow.rays
+    # From a sun the edge is at the sine x / sqrt(1 + x^2) across the zenith.
+    sine = xs / np.sqrt(1.0 + xs * xs)
+    from_edge = sine / np.sin(0.45) if kind == "SUN" else 2.0 * xs
+    x = np.clip(from_edge, -1.0, 1.0)
+    want = 0.5 + 0.5 * x
+    if kind != "AREA":
+        want = 0.5 + (np.arcsin(x) + x * np.sqrt(1.0 - x * x)) / np.pi
+    # Four points alone would leave 1/8 and more.
+    assert np.abs(share - want)[2:-2].max() < 1.0 / 32.0
+    assert np.abs((share - want).mean()) < 2e-3
+    # The penumbra is an eighth of the picture, of each cell about the half of that.
+    assert rays < 4 * share.size * 2.5
+
+
+def test_spots_where_all_is_seen_take_a_ray_each() -> None:
+    geometry = geometry_of([square(4.0, 0.0)])
+    light = light_at("AREA", (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), size=1.0)
+    surface = surfaces(floor_points(np.linspace(-1.0, 1.0, 20), np.linspace(-1.0, 1.0, 20)), UP)
+    shadow = TracedShadowPass(geometry).draw(surface.upload(), light, light_sample(light, 1, 4))
+    assert shadow.rays == 400
+    assert (spot_share(shadow) == 1.0).all()
+
+
+@pytest.mark.parametrize("soft", [True, False], ids=["disk", "ball"])
+def test_turned_ways_against_the_twin(soft: bool) -> None:
+    """Rays go where the shader's light comes from, from inside a ball too."""
+    rng = np.random.default_rng(3)
+    place = looking_at((1.0, 2.0, 3.0), (0.3, -1.0, 0.0))
+    light = Light("l", "SPOT", place, 1.0, WHITE, shadow_soft_size=0.5, use_soft_falloff=soft)
+    receivers = light.position + rng.normal(size=(200, 3)) * rng.choice([0.2, 1.0, 30.0], (200, 1))
+    on_disk = 0.5 * np.sqrt(rng.random((200, 1))) * unit(rng.normal(size=(200, 2)))
+    got = turned_way(light, receivers - light.position, on_disk)
+    want = [
+        light_twin.turned_way(light, receiver[None, None], point)[0][0, 0]
+        for receiver, point in zip(receivers, on_disk, strict=True)
+    ]
+    assert got == pytest.approx(np.array(want), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["AREA", "SUN", "POINT"])
+def test_highlights_by_their_own_spots(kind: Literal["AREA", "SUN", "POINT"]) -> None:
+    """What a lobe sees of a cell that is hidden in parts: float32 against float64, with shadows of
+    any shape."""
+    surface = random_surfaces(5, 48)
+    place = looking_at((100.5, -49.0, 21.5), (100.0, -50.0, 19.0))
+    light = Light(kind, kind, place, 40.0, WHITE, shadow_soft_size=0.4, size=0.8, angle=0.3)
+    rng = np.random.default_rng(1)
+    opened = rng.random((*surface.position.shape[:2], SPOTS)) < rng.random((48, 48, 1)).round(1)
+    bits = (opened @ (1 << np.arange(SPOTS))).astype(np.float32)[..., None]
+    shadow = TracedShadow(texture_from_array(bits, "R32F"), 0)
+    for k in range(2):
+        sample = light_sample(light, 2 * k, 7, per_receiver=True)
+        want = light_twin.light_layer(surface, light, sample, opened.mean(axis=-1), spots=opened)
+        got = drawn_light(surface, light, [sample], shadow=shadow)[..., :3]
+        # As for other lights (test_passes.py): float32 lobes, steep where they are narrow.
+        size = np.abs(want) + 1e-4 * np.abs(want).mean()
+        assert np.percentile(np.abs(got - want) / size, 99.5) < 1e-3
+
+
+def spot_share(shadow: TracedShadow) -> Array:
+    """(H, W): of the light's spots those that are seen."""
+    bits = read_texture(shadow.spots)[..., 0].astype(np.int64)
+    return ((bits[..., None] >> np.arange(SPOTS)) & 1).mean(axis=-1)
+
+
+def unit(vectors: Array) -> Array:
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)

@@ -276,3 +276,38 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   float visible = 1.0 + lambda_ggx(NoV, a.view_sq) + lambda_ggx(NoL, a.light_sq);
   return value * lobe_multiscatter(lobe, albedo) * min(cell.x * LoH / (NoH * NoV * visible), 1.0);
 }
+
+#ifdef SHADOW_HAS_SPOTS
+/* The share of a highlight that is not hidden, by the spots of the cell that are open: each counts
+ * as much as the lobe sees of it. */
+float highlight_open(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, int open)
+{
+  float share = float(bitCount(open)) / float(SPOTS);
+  Facets facets = lobe_facets(lobe, N);
+  if (open == 0 || open == (1 << SPOTS) - 1 ||
+      lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
+    return share;
+  }
+  /* A spot stands for its part of the cell: a disk's variance is a quarter of its squared radius, a
+   * lobe's about half of alpha's square. */
+  float LoH = max(dot(V, normalize(lit.L + V)), 0.05);
+  vec2 wide = sqrt(facets.alpha * facets.alpha + 0.5 * lit.cell_sq / (float(SPOTS) * 4.0 * LoH));
+  vec2 narrower = facets.alpha / wide;
+  vec2 sum = vec2(0.0);
+  for (int i = 0; i < SPOTS; i++) {
+    vec3 toward = to_spot(i, position);
+    if (dot(N, toward) > 0.0) {
+      vec2 s = narrower * half_slope(facets, V, toward);
+      float weight = 1.0 / (1.0 + dot(s, s));
+      weight *= weight;
+#  ifdef HAS_DISTRIBUTION
+      if (lobe.distribution > 1.5) {
+        weight = exp(-dot(s, s));
+      }
+#  endif
+      sum += weight * vec2(1.0, float((open >> i) & 1));
+    }
+  }
+  return sum.x > 1e-30 ? sum.y / sum.x : share;
+}
+#endif

@@ -41,12 +41,20 @@ float spread_attenuation(vec3 L, float cosine)
 }
 
 #ifdef HAS_TURNED_DISK
-/* A lamp's own point for each receiver (point_light_sample, spot_light_sample): on the disk that
- * is turned towards it, or in the cone of directions that meet the lamp's ball. `light.place` is
- * the point's offset from the centre on the disk across the light's axis; mirrored in the middle
- * between that axis and the receiver's direction it lies on the disk across the latter. `strength`
- * is as in Incidence; for a ball its radiance times the solid angle. */
-vec3 turned_way(vec3 position, out float strength)
+/* The disk's offset (metres, on the disk across the light's axis) on the disk across the way to a
+ * receiver, in whose unit direction from the centre `axis` points: mirrored in the middle between. */
+vec3 turned_offset(vec3 offset, vec3 axis)
+{
+  vec3 halfway = axis + light.axis.xyz;
+  float halfway_sq = dot(halfway, halfway);
+  return halfway_sq > 0.0 ? offset - 2.0 * dot(offset, halfway) / halfway_sq * halfway : offset;
+}
+
+/* The way to a lamp's point as each receiver sees it (point_light_sample, spot_light_sample): on the
+ * disk that is turned towards it, or in the cone of directions that meet the lamp's ball. `offset` is
+ * the point's from the centre on the disk across the light's axis. `strength` is as in Incidence; for
+ * a ball its radiance times the solid angle. */
+vec3 turned_way(vec3 offset, vec3 position, out float strength)
 {
   vec3 from_centre = position - light.centre.xyz;
   float centre_sq = dot(from_centre, from_centre);
@@ -55,12 +63,7 @@ vec3 turned_way(vec3 position, out float strength)
     return vec3(0.0);
   }
   vec3 axis = from_centre * inversesqrt(centre_sq);
-  vec3 halfway = axis + light.axis.xyz;
-  float halfway_sq = dot(halfway, halfway);
-  vec3 offset = light.place.xyz;
-  if (halfway_sq > 0.0) {
-    offset -= 2.0 * dot(offset, halfway) / halfway_sq * halfway;
-  }
+  offset = turned_offset(offset, axis);
   if (light.disk > 0.5) {
     vec3 way = offset - from_centre;
     float t_sq = dot(way, way);
@@ -72,7 +75,7 @@ vec3 turned_way(vec3 position, out float strength)
   bool outside = sin_sq < 1.0;
   float widest = outside ? sin_sq / (1.0 + sqrt(1.0 - sin_sq)) : 2.0;
   float offset_sq = dot(offset, offset);
-  float one_minus_cos = widest * min(offset_sq / radius_sq, 1.0);
+  float one_minus_cos = min(widest * offset_sq / radius_sq, 2.0);
   float cosine = 1.0 - one_minus_cos;
   vec3 direction = -cosine * axis;
   if (offset_sq > 0.0) {
@@ -82,7 +85,15 @@ vec3 turned_way(vec3 position, out float strength)
   float along = sqrt(centre_sq) * cosine;
   float half_chord = sqrt(max(radius_sq - centre_sq * one_minus_cos * (2.0 - one_minus_cos), 0.0));
   strength = 2.0 * widest / radius_sq;
-  return (outside ? along - half_chord : along + half_chord) * direction;
+  float reach = outside ? along - half_chord : along + half_chord;
+  return max(reach, 1e-7 * sqrt(radius_sq)) * direction;
+}
+
+/* Whether a receiver is inside a spherical lamp, which then is all about it. */
+bool is_inside_lamp(vec3 position)
+{
+  vec3 from_centre = position - light.centre.xyz;
+  return light.disk < 0.5 && dot(from_centre, from_centre) <= light.radius_sq;
 }
 #endif
 
@@ -93,7 +104,7 @@ vec3 way_to_light(vec3 position)
   return light.place.xyz;
 #elif defined(HAS_TURNED_DISK)
   float strength;
-  return turned_way(position, strength);
+  return turned_way(light.place.xyz, position, strength);
 #else
   return light.place.xyz - position;
 #endif
@@ -108,6 +119,13 @@ vec3 to_corner(int index, vec3 position, vec3 N)
   return light.corners[index].xyz;
 #  elif LIGHT_TYPE == 3
   return light.corners[index].xyz - position;
+#  elif defined(HAS_TURNED_DISK)
+  if (is_inside_lamp(position)) {
+    float angle = 2.0 * PI * float(index) / float(CELL_CORNERS);
+    return N + 1e4 * (frame_across(N) * vec2(cos(angle), sin(angle)));
+  }
+  float strength;
+  return turned_way(light.corners[index].xyz, position, strength);
 #  else
   vec3 axis = light.centre.xyz - position;
   float centre_sq = dot(axis, axis);
@@ -127,11 +145,24 @@ vec3 to_corner(int index, vec3 position, vec3 N)
 #  endif
 }
 
+/* From a receiver to a spot in the light's cell, of any length. */
+vec3 to_spot(int index, vec3 position)
+{
+#  if LIGHT_TYPE == 2
+  return light.spots[index].xyz;
+#  elif defined(HAS_TURNED_DISK)
+  float strength;
+  return turned_way(light.spots[index].xyz, position, strength);
+#  else
+  return light.spots[index].xyz - position;
+#  endif
+}
+
 /* Of samples on the light, the share that is above a surface: a lobe sees all of a lamp that is
  * above in each of those, and nothing in the others. */
 float share_above(vec3 position, vec3 Ng)
 {
-#  if LIGHT_TYPE < 2
+#  if LIGHT_TYPE < 2 && !defined(HAS_TURNED_DISK)
   vec3 axis = light.centre.xyz - position;
   float centre_sq = dot(axis, axis);
   float height = dot(axis, Ng);
@@ -150,12 +181,14 @@ float share_above(vec3 position, vec3 Ng)
 #  endif
 }
 
-/* How bright the light is from a direction within its cell, of its brightest. All of a spot is its
- * cell: where only a part of the lamp shines on a place, the sample's own point tells, but for what
+/* How bright the light is from a direction within its cell, of its brightest. Where all of a spot is
+ * its cell and only a part of the lamp shines on a place, the sample's own point tells, but for what
  * (`mass`) of a narrow lobe sees no other part than L's. */
 float cell_attenuation(vec3 L, Incidence lit, float mass)
 {
-#  if LIGHT_TYPE == 1
+#  if LIGHT_TYPE == 1 && defined(HAS_TURNED_DISK)
+  return spot_attenuation(-L);
+#  elif LIGHT_TYPE == 1
   return mix(spot_attenuation(-lit.L), spot_attenuation(-L), min(mass, 1.0));
 #  elif LIGHT_TYPE == 3 && defined(HAS_SPREAD)
   return spread_attenuation(L, max(-dot(light.axis.xyz, L), 1e-6));
@@ -178,7 +211,7 @@ Incidence incidence(vec3 position)
 #else
 #  ifdef HAS_TURNED_DISK
   float turned_strength;
-  vec3 to_light = turned_way(position, turned_strength);
+  vec3 to_light = turned_way(light.place.xyz, position, turned_strength);
 #  else
   vec3 to_light = light.place.xyz - position;
 #  endif
@@ -217,6 +250,12 @@ Incidence incidence(vec3 position)
   result.cell_sq *= cosine;
 #  elif defined(HAS_TURNED_DISK)
   result.strength = turned_strength;
+#    ifdef HAS_EXTENT
+  if (is_inside_lamp(position)) {
+    /* Each sample sees all of it. */
+    result.radiance *= light.cell / light.radius_sq;
+  }
+#    endif
 #    if LIGHT_TYPE == 1
   result.strength *= spot_attenuation(-result.L);
 #    endif

@@ -25,7 +25,23 @@ struct Reflected {
   vec3 specular;
   vec3 sheen;
   vec3 translucent;
+#ifdef SHADOW_HAS_SPOTS
+  vec3 hidden; /* of the specular, what its own part of the light is in shadow of */
+#endif
 };
+
+Reflected nothing()
+{
+  Reflected parts;
+  parts.diffuse = vec3(0.0);
+  parts.specular = vec3(0.0);
+  parts.sheen = vec3(0.0);
+  parts.translucent = vec3(0.0);
+#ifdef SHADOW_HAS_SPOTS
+  parts.hidden = vec3(0.0);
+#endif
+  return parts;
+}
 
 /* Adds what a lobe sends of light from L: on the side that the viewer is on, and through it. */
 void add_lobe(inout Reflected sum, Lobe lobe, Surface s, Incidence lit)
@@ -48,7 +64,13 @@ void add_lobe(inout Reflected sum, Lobe lobe, Surface s, Incidence lit)
 #  else
   vec3 specular = lit.strength * specular_lobe(lobe, N, s.V, lit.L, lit.cell_sq, albedo);
 #  endif
-  sum.specular += (weight * light.specular_factor * SPECULAR_SHARE) * specular;
+  specular *= weight * light.specular_factor * SPECULAR_SHARE;
+  sum.specular += specular;
+#  ifdef SHADOW_HAS_SPOTS
+  if (specular != vec3(0.0)) {
+    sum.hidden += (1.0 - highlight_open(lobe, N, s.V, s.position, lit, open_spots())) * specular;
+  }
+#  endif
 #endif
   weight *= light.diffuse_factor * DIFFUSE_SHARE * lit.strength;
   sum.diffuse += weight * diffuse;
@@ -110,7 +132,7 @@ vec3 flat_albedo(Surface s)
 
 void main()
 {
-  Reflected parts = Reflected(vec3(0.0), vec3(0.0), vec3(0.0), vec3(0.0));
+  Reflected parts = nothing();
   write(parts, vec3(0.0), vec3(0.0), vec3(0.0));
   Surface s;
   if (!read_surface(surface_texel(view.stride), view.eye, s)) {
@@ -155,21 +177,35 @@ void main()
     parts.translucent = vec3(0.0);
   }
   else if (STANDS_IN_OWN_LIGHT) {
-    parts = Reflected(vec3(0.0), vec3(0.0), vec3(0.0), parts.translucent);
+    vec3 translucent = parts.translucent;
+    parts = nothing();
+    parts.translucent = translucent;
   }
   float seen = 0.0;
   if (NgoL != 0.0 && all_lobes(parts) != vec3(0.0)) {
     seen = visibility(s.position, NgoL > 0.0 ? s.Ng : -s.Ng);
   }
   gleam *= seen;
+#  ifdef SHADOW_HAS_SPOTS
+  vec3 shining = (parts.specular - parts.hidden) * arriving;
+#  endif
 #  ifdef HAS_SHADOW_FILL
   vec3 fill = light.shadow_fill.rgb * through;
+#    ifdef SHADOW_HAS_SPOTS
+  if (light.hide_highlights < 0.5) {
+    shining = parts.specular * arriving + light.shadow_fill.w * parts.hidden * (fill - arriving);
+  }
+#    endif
   arriving = mix(arriving, fill, light.shadow_fill.w * (1.0 - seen));
   if (light.hide_highlights < 0.5) {
     gleam = arriving;
   }
 #  else
   arriving = gleam;
+#  endif
+#  ifdef SHADOW_HAS_SPOTS
+  parts.specular = shining;
+  gleam = vec3(1.0);
 #  endif
 #endif
   write(parts, arriving, gleam, from_all_sides);

@@ -201,6 +201,11 @@ class LayerDrawing:
         else:
             self._environment.draw(surface, world, scene, layer.target, (k, count))
 
+    def in_cells(self, light: Light) -> bool:
+        """Whether a light's highlights come cell by cell, one for each sample."""
+        parted = light.has_cells or (light.has_disk and self._settings.traces(light))
+        return parted and self._sampler.layout.has("HAS_SPECULAR")
+
     def visible_places(self) -> NDArray[np.float64]:
         """(N, 3) world space: some of what the view sees."""
         return self._judged().places
@@ -275,7 +280,7 @@ class LayerDrawing:
         self, light: Light, k: int, count: int, *, moved: bool = False
     ) -> LightSample:
         """A light's point; `moved` of a light as its shadows see it."""
-        if light.use_shadow and self._settings.traces(light):
+        if self._settings.traces(light):
             return light_sample(light, k, count, per_receiver=True)
         key = (light.name, moved)
         if key not in self._touching:

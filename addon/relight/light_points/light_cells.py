@@ -33,6 +33,9 @@ _AROUND = 0.5 * np.array([(0, 0), (1, 0), (2, 0), (2, 1), (2, 2), (1, 2), (0, 2)
 
 _GOLDEN_SHARE = 0.5 * (math.sqrt(5.0) - 1.0)
 
+# Spots of a cell: as many as a 4 x 4 block of pixels has.
+SPOTS = 16
+
 
 @dataclass(frozen=True)
 class Cell:
@@ -41,10 +44,13 @@ class Cell:
     Attributes:
         point: (2,) where it is lit from; on the square [-1, 1]^2, or in the unit disk.
         corners: (CORNERS, 2) around the cell, on the same.
+        spots: (SPOTS, 2) in the cell: one in each of 4 x 4 parts, and of any four that begin at
+            a multiple of four one in each quarter.
     """
 
     point: NDArray[np.float64]
     corners: NDArray[np.float64]
+    spots: NDArray[np.float64]
 
 
 @lru_cache(maxsize=64)
@@ -65,8 +71,9 @@ def square_cells(count: int, aspect: float = 1.0) -> tuple[Cell, ...]:
         for column in range(columns):
             corner = low + size * [column, 0]
             inside = np.array([_rank(rows)[row] / rows, _rank(columns)[column] / columns])
-            point, corners = corner + size * inside, corner + size * _AROUND
-            cells.append(Cell(2.0 * point - 1.0, 2.0 * corners - 1.0))
+            parts = (inside, _AROUND, _spots())
+            point, corners, spots = (2.0 * (corner + size * part) - 1.0 for part in parts)
+            cells.append(Cell(point, corners, spots))
     return tuple(cells[index] for index in _spread(count))
 
 
@@ -83,7 +90,8 @@ def disk_cells(count: int, aspect: float = 1.0) -> tuple[Cell, ...]:
     areas = 0.5 * np.sum(x * np.roll(y, -1, axis=1) - y * np.roll(x, -1, axis=1), axis=1)
     corners *= math.sqrt(math.pi / float(areas.sum()))
     return tuple(
-        Cell(concentric(cell.point), around) for cell, around in zip(square, corners, strict=True)
+        Cell(concentric(cell.point), around, concentric(cell.spots))
+        for cell, around in zip(square, corners, strict=True)
     )
 
 
@@ -96,6 +104,21 @@ def concentric(square: NDArray[np.float64]) -> NDArray[np.float64]:
     quarter = np.pi / 4.0
     angle = np.where(wide, quarter * y / safe, 2.0 * quarter - quarter * x / safe)
     return radius[..., None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+@lru_cache(maxsize=1)
+def _spots() -> NDArray[np.float64]:
+    """(SPOTS, 2) of the unit square: the first points of Sobol's sequence (1967), each in the
+    middle of its sixteenth along either side."""
+    number = np.arange(SPOTS)
+    bits = (number[:, None] >> np.arange(4)) & 1  # (SPOTS, 4)
+    x, y = bits @ [8, 4, 2, 1], np.bitwise_xor.reduce(bits * [8, 12, 10, 15], axis=1)
+    return (np.stack([x, y], axis=1) + 0.5) / SPOTS
+
+
+def quarters() -> NDArray[np.int64]:
+    """(SPOTS,) in which quarter of a cell each spot is."""
+    return np.asarray((_spots() >= 0.5) @ [1, 2])
 
 
 @lru_cache(maxsize=64)

@@ -2,11 +2,13 @@
 """Which point of a light one sample of the view is lit from, and which cell of it lobes see.
 
 All pixels of a sample share the point, so that one shadow map serves them. Area lights and suns
-are parted into cells (`light_cells`), with a sample for each.
+are parted into cells (`light_cells`), with a sample for each. Traced shadows look at spots all over
+the cell.
 
 Points of lamps follow the additive recurrence of the generalized golden ratio (M. Roberts, "The
 Unreasonable Effectiveness of Quasirandom Sequences", 2018), turned by an offset of its own.
-Lobes see the whole lamp in each sample: the disk that Cycles turns towards each receiver.
+Lobes see the whole lamp in each sample: the disk that Cycles turns towards each receiver. Where
+each receiver is lit by a point of its own disk, the disk is parted into cells as well.
 
 Points of a point or spot light lie in a *ball*, with a density that grows as
 1 / sqrt(1 - r^2) towards its surface. Seen from any side such a ball is an evenly bright disk:
@@ -34,7 +36,7 @@ from numpy.typing import NDArray
 from ...scene.frame_across import frame_across
 from ...scene.light import Light
 from ...scene.mesh_light import MeshLight
-from .light_cells import CORNERS, Cell, disk_cells, square_cells
+from .light_cells import CORNERS, SPOTS, Cell, disk_cells, square_cells
 
 # The real root of x^4 = x + 1: the generalized golden ratio for three dimensions. Three for
 # every light, so that area lights and suns don't share the plane sequence that a picture's
@@ -76,10 +78,13 @@ class LightSample:
         turn: (3,) float64 in [0, 1): which of all rotations the set of disks has.
         corners: (CORNERS, 3) float64, around that part, world space: of an area light places, of a
             sun directions; of a lamp the whole of it, on the unit disk across the direction to it
-            (z is 0).
+            (z is 0), or with `per_receiver` places on its disk as in `on_disk`.
+        spots: (SPOTS, 3) float64, places in that part to which traced shadows look, of the same
+            kind; or none of them, where the part is but a point.
         emitter: where on a glowing object's triangle it is; None for other lights.
         per_receiver: whether each receiver is lit by the point on its own disk, as in Cycles,
-            instead of by `position`. Only a shadow that is traced for each can follow.
+            instead of by `position`, and its disk is parted into cells. Only a shadow that is
+            traced for each can follow.
     """
 
     position: NDArray[np.float64]
@@ -89,6 +94,11 @@ class LightSample:
     turn: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     per_receiver: bool = False
     emitter: EmitterPoint | None = None
+    spots: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3)))
+
+    def is_parted(self, light: Light) -> bool:
+        """Whether lobes see one cell of the light of several."""
+        return self.count > 1 and (light.type in ("SUN", "AREA") or self.per_receiver)
 
     def is_flat(self, light: Light) -> bool:
         """Whether it lies on a disk through the light's centre and not in a ball about that."""
@@ -127,18 +137,20 @@ def light_sample(
     if isinstance(light, MeshLight):
         return _on_mesh(light, k, count, seed)
     if light.type == "SUN":
-        return _sun_sample(light, _cell(light, k, count, seed), count)
+        return _sun_sample(light, k, count, seed)
     if light.type == "AREA":
-        cell = _cell(light, k, count, seed)
-        half = 0.5 * light.extents
-        corners = light.position + cell.corners @ half
-        return LightSample(light.position + cell.point @ half, count, corners)
+        return _on_area(light, k, count, seed)
+    if light.has_disk and count > 1 and per_receiver:
+        return _on_turned_disk(light, k, count, seed)
+    return _in_lamp(light, k, count, seed, touching=touching)
+
+
+def _in_lamp(light: Light, k: int, count: int, seed: int, *, touching: bool) -> LightSample:
+    """A lamp's, the same for all receivers or nearly so."""
     corners = _lamp_corners(k * _STEPS[0])
-    has_disk = light.has_disk and count > 1
-    on_disk = has_disk and (touching or per_receiver)
-    per_receiver = has_disk and per_receiver
+    on_disk = light.has_disk and count > 1 and touching
     # A disk's middle is brighter than its points are on average, but from afar.
-    if k == count - 1 and count % 2 == 1 and not per_receiver:
+    if k == count - 1 and count % 2 == 1:
         return LightSample(light.position, count, corners, np.zeros(2) if on_disk else None)
     key = [seed, zlib.crc32(light.name.encode())]
     first = tuple(np.random.default_rng(key).random(3))
@@ -152,7 +164,39 @@ def light_sample(
         return LightSample(position, count, corners)
     # Pairs share their turn, so that of each disk both mirrored points are looked from.
     turn = np.random.default_rng([*key, k // 2]).random(3)
-    return LightSample(position, count, corners, place, turn, per_receiver)
+    return LightSample(position, count, corners, place, turn)
+
+
+def _on_area(light: Light, k: int, count: int, seed: int) -> LightSample:
+    cell = _cell(light, k, count, seed)
+    half = 0.5 * light.extents
+    places = (light.position + part @ half for part in (cell.point, cell.corners, cell.spots))
+    position, corners, spots = places
+    return LightSample(position, count, corners, spots=_shuffled(spots, k, count))
+
+
+def _on_turned_disk(light: Light, k: int, count: int, seed: int) -> LightSample:
+    radius = light.shadow_soft_size
+    number = _first_cell(light, seed) + k
+    cell = disk_cells(count)[number % count]
+    place = radius * _balanced_points(count)[number % count]
+    corners, spots = (
+        np.pad(radius * part, ((0, 0), (0, 1))) for part in (cell.corners, cell.spots)
+    )
+    return LightSample(
+        light.position + place @ frame_across(light.direction),
+        count,
+        corners,
+        place,
+        per_receiver=True,
+        spots=_shuffled(spots, k, count),
+    )
+
+
+def _shuffled(spots: NDArray[np.float64], k: int, count: int) -> NDArray[np.float64]:
+    """A cell's spots so that a pixel looks at other places of the next cell; none of a light's
+    single cell, of which the point is the whole light's."""
+    return spots[np.arange(SPOTS) ^ (k % SPOTS)] if count > 1 else spots[:0]
 
 
 def _on_mesh(light: MeshLight, k: int, count: int, seed: int) -> LightSample:
@@ -176,8 +220,8 @@ def _on_mesh(light: MeshLight, k: int, count: int, seed: int) -> LightSample:
 
 
 def _cell(light: Light, k: int, count: int, seed: int) -> Cell:
-    """An area light's or a sun's k-th; lights begin at different ones."""
-    first = zlib.crc32(light.name.encode(), seed)
+    """An area light's or a sun's k-th."""
+    first = _first_cell(light, seed)
     if light.type == "SUN":
         return disk_cells(count)[(first + k) % count]
     width, height = np.linalg.norm(light.extents, axis=1)
@@ -185,6 +229,11 @@ def _cell(light: Light, k: int, count: int, seed: int) -> Cell:
     aspect = float(f"{np.clip(width / height, 1e-3, 1e3):.3g}") if width * height > 0.0 else 1.0
     cells = (disk_cells if light.is_round else square_cells)(count, aspect)
     return cells[(first + k) % count]
+
+
+def _first_cell(light: Light, seed: int) -> int:
+    """Lights begin at different ones."""
+    return zlib.crc32(light.name.encode(), seed)
 
 
 def _lamp_corners(turn: float) -> NDArray[np.float64]:
@@ -220,8 +269,14 @@ def _disk_points(first: tuple[float, ...], count: int) -> NDArray[np.float64]:
     return _balanced(points, 0.25)
 
 
+@lru_cache(maxsize=64)
+def _balanced_points(count: int) -> NDArray[np.float64]:
+    """(count, 2) those of the unit disk's cells."""
+    return _balanced(np.array([cell.point for cell in disk_cells(count)]), 0.25)
+
+
 def _balanced(points: NDArray[np.float64], mean_sq: float) -> NDArray[np.float64]:
-    """Points, one of each mirrored pair, stretched a little so that their coordinates'
+    """Points, or one of each mirrored pair, stretched a little so that their coordinates'
     mean square is `mean_sq` along all directions: what is quadratic over the lamp is then exact.
 
     Few points are left as they are; so are pairs that would have to move far.
@@ -253,9 +308,13 @@ def _ball_radius(u: float) -> float:
     return float(np.sin(0.5 * e))
 
 
-def _sun_sample(light: Light, cell: Cell, count: int) -> LightSample:
-    towards = _in_cone(-light.direction, light.angle, np.vstack([cell.point, cell.corners]))
-    return LightSample(towards[0], count, towards[1:])
+def _sun_sample(light: Light, k: int, count: int, seed: int) -> LightSample:
+    cell = _cell(light, k, count, seed)
+    places = np.vstack([cell.point, cell.corners, cell.spots])
+    towards = _in_cone(-light.direction, light.angle, places)
+    corners, spots = towards[1 : 1 + CORNERS], towards[1 + CORNERS :]
+    some = count if light.angle > 0.0 else 1
+    return LightSample(towards[0], count, corners, spots=_shuffled(spots, k, some))
 
 
 def _in_cone(

@@ -14,6 +14,7 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
 from ...glsl.shader import GlslType, PassShader, ShaderProgram
 from ...glsl.uniforms import Field, UniformBlock
+from ...scene.frame_across import frame_across
 from ...scene.light import Light
 from ..filters.light_filter import (
     FilterKinds,
@@ -27,7 +28,7 @@ from ..filters.light_filter import (
 )
 from ..filters.light_filters import LightFilters
 from ..filters.slide_picture import LUMINANCE
-from ..light_points.light_cells import CORNERS
+from ..light_points.light_cells import CORNERS, SPOTS
 from ..light_points.light_sample import LightSample
 from ..shading.albedo_pass import AlbedoTextures, table_library, table_samplers
 from ..shading.blend_pass import add_fullscreen
@@ -48,6 +49,7 @@ LIGHT_BLOCK = UniformBlock(
         Field("vec4", "spot_z"),
         Field("vec4", "cone"),
         Field("vec4", "corners", CORNERS),
+        Field("vec4", "spots", SPOTS),
         Field("float", "radius_sq"),
         Field("float", "disk"),
         Field("float", "cell"),
@@ -199,6 +201,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
     flags = {
         "HAS_EXTENT": variant.has_extent,
         "HAS_SHADOW": shadow is not None,
+        "SHADOW_HAS_SPOTS": shadow is not None and shadow.spots > 0 and variant.has_extent,
         "HAS_SHADOW_FILL": variant.fills_shadow,
         "HAS_AMBIENT": variant.has_ambient,
         "HAS_OBJECTS": variant.by_object,
@@ -243,6 +246,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
                 has_filters=bool(filters),
             ),
             ("CELL_CORNERS", str(CORNERS)),
+            *(shadow.defines if shadow else ()),
             *layout.defines,
             *((name, "1") for name, on in flags.items() if on),
         ),
@@ -292,6 +296,7 @@ def light_uniforms(
         axis, intensity = sample.emitter.normal, intensity * sample.emitter.tint
         # Of the disk that the point stands for.
         radius_sq = light.area / (np.pi * sample.count)
+    parts = sample.count if sample.is_parted(light) else 1
     # A disk's points shine like its centre wherever they are.
     cone[2] = float(sample.is_flat(light))
     controls = light.controls
@@ -307,10 +312,11 @@ def light_uniforms(
         "cone": cone,
         "radius_sq": radius_sq,
         "disk": float(light.use_soft_falloff),
-        "corners": _corners(light, sample, local_origin),
-        "cell": cell(light, sample.count),
-        "overlap": cell_overlap(light, sample.count),
-        "radiance": cell_radiance(light, sample.count),
+        "corners": _places(light, sample, sample.corners, local_origin),
+        "spots": _spots(light, sample, local_origin),
+        "cell": cell(light, parts, sample.count),
+        "overlap": cell_overlap(parts),
+        "radiance": cell_radiance(light, parts),
         "diffuse_factor": light.diffuse_factor * controls.diffuse,
         "specular_factor": light.specular_factor * controls.specular,
         "shadow_fill": np.append(LUMINANCE @ intensity * fill, controls.shadow.density),
@@ -319,9 +325,25 @@ def light_uniforms(
     }
 
 
-def _corners(
+def _spots(
     light: Light, sample: LightSample, local_origin: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """(CORNERS, 4) of the sample's cell, in the shader's space."""
-    origin = local_origin if light.type == "AREA" else np.zeros(3)
-    return np.pad(sample.corners - origin, ((0, 0), (0, 1)))
+    """(SPOTS, 4) of the sample's cell, in the shader's space; zeros where it has none."""
+    if not len(sample.spots):
+        return np.zeros((SPOTS, 4))
+    return _places(light, sample, sample.spots, local_origin)
+
+
+def _places(
+    light: Light,
+    sample: LightSample,
+    places: NDArray[np.float64],
+    local_origin: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(N, 4) around or in the sample's cell, in the shader's space: of a lamp whose disk turns
+    offsets from the centre, on the disk across its axis."""
+    if sample.per_receiver:
+        places = places[:, :2] @ frame_across(light.direction)
+    elif light.type == "AREA":
+        places = places - local_origin
+    return np.pad(places, ((0, 0), (0, 1)))

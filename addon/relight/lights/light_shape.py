@@ -41,37 +41,37 @@ def has_extent(light: Light) -> bool:
     return light.type == "AREA" or light.solid_angle > 0.0 or light.has_disk
 
 
-def cell_share(light: Light, count: int) -> float:
-    """How much of the light lobes see in each of `count` samples: all of a lamp."""
-    return 1.0 / count if light.type in ("SUN", "AREA") else 1.0
-
-
 # As addon/glsl/lib/light.glsl has it: no more than that many times the light's intensity.
 MOST_RADIANCE = 1e29
 
 
-def cell(light: Light, count: int) -> float:
+def cell(light: Light, parts: int, points: int = 1) -> float:
     """The squared radius of a disk as large as what lobes see of the light in one sample.
+
+    Args:
+        light: the light.
+        parts: how many it is parted into; 1 where lobes see all of it.
+        points: how many samples there are, for a glowing object's.
 
     Returns:
         radians squared for a sun, square metres for others.
     """
     if light.type == "SUN":
-        return light.solid_angle / np.pi * cell_share(light, count)
+        return light.solid_angle / np.pi / parts
     if light.type == "AREA":
-        return light.area / np.pi * cell_share(light, count)
+        return light.area / np.pi / parts
     if light.type == "MESH":
-        return light.area / np.pi * (1.0 if count == 1 else _MESH_OVERLAP) / count
-    return light.shadow_soft_size**2
+        return light.area / np.pi * (1.0 if points == 1 else _MESH_OVERLAP) / points
+    return light.shadow_soft_size**2 / parts
 
 
-def cell_overlap(light: Light, count: int) -> float:
+def cell_overlap(parts: int) -> float:
     """How much larger than `cell` a disk is that stands for it beside others."""
-    return _OVERLAP if cell_share(light, count) < 1.0 else 1.0
+    return _OVERLAP if parts > 1 else 1.0
 
 
-def cell_radiance(light: Light, count: int) -> float:
+def cell_radiance(light: Light, parts: int) -> float:
     """Radiance of what lobes see of the light in one sample, for `Light.intensity` 1: such that
     the mean over the samples is that of the whole light."""
-    extent = np.pi * cell(light, count)
+    extent = np.pi * cell(light, parts)
     return min(1.0 / extent, MOST_RADIANCE) if extent > 0.0 else 0.0

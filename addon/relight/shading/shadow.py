@@ -23,11 +23,19 @@ class ShadowKind:
             share of the light's point that a surface sees, for Ng on the lit side.
         samplers: what it reads.
         blocks: its uniform blocks.
+        spots: of how many spots of a light's cell it tells whether they are seen, by `int
+            open_spots()`; 0 for none.
     """
 
     library: str
     samplers: Samplers
     blocks: tuple[UniformBlock, ...] = ()
+    spots: int = 0
+
+    @property
+    def defines(self) -> tuple[tuple[str, str], ...]:
+        """What its library is compiled with."""
+        return (("SPOTS", str(self.spots)),) if self.spots else ()
 
 
 class Shadow(Protocol):

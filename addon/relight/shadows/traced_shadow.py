@@ -4,6 +4,11 @@
 For one sample of the view and one point of a light a ray goes from each pixel's surface to the
 light. Nothing is looked up in texels, so that contact, thin parts and far away edges are as sharp
 as Cycles has them, and a lamp with an extent is a disk that is turned towards each pixel.
+
+Of a cell of a light each pixel looks at one of 16 spots, neighbours at others, and all pixels of
+a 4 x 4 block at all. Where pixels nearby don't agree, a pixel looks at one in each quarter of the
+cell; where those don't, at all. So the penumbra of N samples is that of 16 N points, for a few rays
+where the cell is seen in parts. Nothing is blurred: contact stays sharp.
 """
 
 from __future__ import annotations
@@ -20,12 +25,22 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import Texture, read_texture, texture_from_array
 from ...scene.geometry import SceneGeometry
 from ...scene.light import Light
+from ..light_points.light_cells import SPOTS, quarters
 from ..light_points.light_sample import EmitterPoint, LightSample
+from ..light_points.turned_disk import turned_way
 from ..lights.light_reach import ReachPass
 from ..shading.shadow import ShadowKind
 from .shadow_rays import LIFT, LocalScene, ReceiverFinder, Receivers, ShadowRays
 
-_KIND = ShadowKind("traced_shadow", (("traced_visibility", "FLOAT_2D"),))
+_KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
+_ALL = (1 << SPOTS) - 1
+
+# Which spot a pixel of a 4 x 4 block looks at first: in each 2 x 2 four of different quarters.
+_FIRST = np.array([[0, 1, 4, 5], [2, 3, 6, 7], [8, 9, 12, 13], [10, 11, 14, 15]])
+
+# Where more than this share of the pixels sees a cell in parts, they look at four spots only, one
+# in each quarter: a sample takes ten rays a pixel at the most.
+_MOST_IN_PARTS = 0.5
 
 # A ray ends this share of its length before the light's point. What holds a lamp may lie exactly
 # at the point; the sum of the roundings of start, direction and length is a few spacings (1.2e-7).
@@ -40,11 +55,12 @@ class TracedShadow:
     """Which pixels of one sample of a view see one point of a light.
 
     Attributes:
-        visibility: R8, 1 where the light's point is seen.
+        spots: R32F, a bit for each spot of the light's cell that is seen: all where its only point
+            is.
         rays: how many rays it took.
     """
 
-    visibility: Texture
+    spots: Texture
     rays: int
 
     @property
@@ -55,7 +71,7 @@ class TracedShadow:
     @property
     def textures(self) -> Mapping[str, Any]:
         """By the names of `kind.samplers`."""
-        return {"traced_visibility": self.visibility}
+        return {"traced_spots": self.spots}
 
     def uniforms(self, _local_origin: NDArray[np.float64]) -> Mapping[str, Mapping[str, Any]]:
         """It has no uniform blocks."""
@@ -123,30 +139,25 @@ class TracedShadowPass:
         scene = self.local_scene(surface.origin)
         reach = self._reach.draw(surface, light, sample, stride, objects)
         seen = self._seen_by(surface, scene)
-        visible = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
         row, column = np.nonzero(reach[..., 3])
         number = seen.number[
             _texel(row, stride, surface.height), _texel(column, stride, surface.width)
         ]
-        receivers = seen.receivers
-        way = reach[row, column].astype(np.float64)
-        up = receivers.normal[number] * way[:, 3:]
-        start = receivers.place[number] + up * receivers.lift[number, None]
-        if light.type == "SUN":
-            limit = np.full(len(way), np.inf)
-            direction = way[:, :3]
+        rays = _Rays(
+            ShadowRays(scene, casters),
+            light,
+            sample,
+            seen=seen,
+            number=number,
+            way=reach[row, column].astype(np.float64),
+        )
+        if len(sample.spots):
+            spots = _look_at_spots(rays, row, column, reach.shape[:2])
         else:
-            # The way was measured from where the surface was rasterized.
-            direction = seen.rasterized[number] + way[:, :3] - start
-            length = np.linalg.norm(direction, axis=1)
-            limit = length * (1.0 - _SHORT_OF_LIGHT)
-            if sample.emitter is not None:
-                short = _before_emitter(sample.emitter, start + surface.origin, direction)
-                limit = np.maximum(limit - short, 0.0)
-            direction = direction / np.where(length > 0.0, length, 1.0)[:, None]
-        rays = ShadowRays(scene, casters)
-        visible[row, column, 0] = ~rays.blocked(start, direction, limit)
-        return TracedShadow(texture_from_array(visible, "R8"), len(row))
+            spots = np.where(rays.reach_point(), _ALL, 0)
+        picture = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
+        picture[row, column, 0] = spots
+        return TracedShadow(texture_from_array(picture, "R32F"), rays.count)
 
     def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
         """What rays meet, in the space around a place (3,) of the world."""
@@ -165,6 +176,184 @@ class TracedShadowPass:
                 used -= self._seen.popitem(last=False)[1].nbytes
         self._seen.move_to_end(key)
         return self._seen[key]
+
+
+class _Rays:
+    """Rays from N pixels to a light.
+
+    Attributes:
+        count: how many were sent.
+
+    Args:
+        shadow_rays: what stops them.
+        light: the light.
+        sample: its point or cell.
+        seen: the sample of the view.
+        number: (N,) which of its receivers the pixels are.
+        way: (N, 4) as of `ReachPass.draw`.
+    """
+
+    def __init__(
+        self,
+        shadow_rays: ShadowRays,
+        light: Light,
+        sample: LightSample,
+        *,
+        seen: _Seen,
+        number: NDArray[np.int32],
+        way: NDArray[np.float64],
+    ) -> None:
+        self._rays, self._light, self._sample = shadow_rays, light, sample
+        self._origin = seen.surface.origin
+        receivers = seen.receivers
+        self._rasterized = seen.rasterized[number]
+        self._way = way[:, :3]
+        self._up = receivers.normal[number] * way[:, 3:]
+        self._start = receivers.place[number] + self._up * receivers.lift[number, None]
+        self.count = 0
+
+    def reach_point(self) -> NDArray[np.bool_]:
+        """(N,) whether rays to the sample's point meet nothing."""
+        if self._light.type == "SUN":
+            return self._open(slice(None), self._way)
+        # The way was measured from where the surface was rasterized.
+        return self._open(slice(None), self._rasterized + self._way - self._start)
+
+    def reach_spots(
+        self, rows: NDArray[np.int64], spots: NDArray[np.int64]
+    ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+        """Rays of some pixels to a spot each.
+
+        Args:
+            rows: (R,) which of the N.
+            spots: (R,) which spots.
+
+        Returns:
+            (R,), (R,) whether it is open, and whether the spot is on the side that is lit.
+        """
+        places, start = self._sample.spots[spots], self._start[rows]
+        if self._sample.per_receiver:
+            from_centre = start - (self._light.position - self._origin)
+            way = turned_way(self._light, from_centre, places[:, :2])
+        elif self._light.type == "SUN":
+            way = places
+        else:
+            way = places - self._origin - start
+        above = np.einsum("rx,rx->r", way, self._up[rows]) > 0.0
+        is_open = np.zeros(len(rows), dtype=np.bool_)
+        is_open[above] = self._open(rows[above], way[above])
+        return is_open, above
+
+    def _open(self, rows: NDArray[np.int64] | slice, way: NDArray[np.float64]) -> NDArray[np.bool_]:
+        start, sample = self._start[rows], self._sample
+        self.count += len(start)
+        if self._light.type == "SUN":
+            return ~self._rays.blocked(start, way, np.full(len(way), np.inf))
+        length = np.linalg.norm(way, axis=1)
+        limit = length * (1.0 - _SHORT_OF_LIGHT)
+        if sample.emitter is not None:
+            short = _before_emitter(sample.emitter, start + self._origin, way)
+            limit = np.maximum(limit - short, 0.0)
+        direction = way / np.where(length > 0.0, length, 1.0)[:, None]
+        return ~self._rays.blocked(start, direction, limit)
+
+
+def _look_at_spots(
+    rays: _Rays, row: NDArray[np.int64], column: NDArray[np.int64], size: tuple[int, ...]
+) -> NDArray[np.int64]:
+    """(N,) the spots that N pixels see, a bit each.
+
+    Args:
+        rays: of the pixels.
+        row: (N,) their rows.
+        column: (N,) their columns.
+        size: the picture's height and width.
+    """
+    first = _FIRST[row % 4, column % 4]
+    looks = _Looks(len(row))
+    looks.look(rays, np.arange(len(row)), first[:, None])
+    # In the 5 x 5 pixels around are blocks of 4 x 4, which look at all spots.
+    some = np.flatnonzero(_differ(looks, row, column, size, 2))
+    looks.look(rays, some, first[some, None] ^ np.arange(1, 4))
+    several = looks.count > 1
+    # In 3 x 3 as well, of four each.
+    some = np.flatnonzero(several & _differ(looks, row, column, size, 1))
+    if len(some) <= _MOST_IN_PARTS * np.prod(size):
+        looks.look(rays, some, first[some, None] ^ np.arange(4, SPOTS))
+    return looks.spots()
+
+
+class _Looks:
+    """What N pixels know of their spots.
+
+    Attributes:
+        is_open: (N,) for each spot a bit: it was looked at and is open.
+        above: (N,) it was looked at and is on the side that is lit.
+        count: (N,) how many were looked at.
+    """
+
+    def __init__(self, pixels: int) -> None:
+        self.is_open = np.zeros(pixels, dtype=np.int32)
+        self.above = np.zeros(pixels, dtype=np.int32)
+        self.count = np.zeros(pixels, dtype=np.int32)
+
+    def look(self, rays: _Rays, some: NDArray[np.int64], spots: NDArray[np.int64]) -> None:
+        """Send rays of some pixels (M,) to the spots (M, G)."""
+        found = rays.reach_spots(np.repeat(some, spots.shape[1]), spots.ravel())
+        bit = 1 << spots
+        for known, each in zip((self.is_open, self.above), found, strict=True):
+            known[some] |= np.where(each.reshape(spots.shape), bit, 0).sum(axis=1, dtype=np.int32)
+        self.count[some] += spots.shape[1]
+
+    def spots(self) -> NDArray[np.int64]:
+        """(N,) a bit for each spot that is open; those that were not looked at are as open as the
+        one in their quarter, and those below what is lit as most that are above."""
+        result = np.where(self.is_open != 0, _ALL, 0)
+        mixed = (self.count > 1) & (self.is_open != 0) & (self.is_open != self.above)
+        some = np.flatnonzero(mixed)
+        bits = np.arange(SPOTS)
+        is_open, above = (
+            ((known[some, None] >> bits) & 1).astype(np.bool_)
+            for known in (self.is_open, self.above)
+        )
+        quarter = quarters()
+        for number in range(4):
+            inside = quarter == number
+            few = (self.count[some] == 4)[:, None] & inside
+            is_open |= few & is_open[:, inside].any(axis=1)[:, None]
+            above |= few & above[:, inside].any(axis=1)[:, None]
+        mostly = 2 * is_open.sum(axis=1) > above.sum(axis=1)
+        is_open = np.where(above, is_open, mostly[:, None])
+        result[some] = (is_open << bits).sum(axis=1)
+        return result
+
+
+def _differ(
+    looks: _Looks,
+    row: NDArray[np.int64],
+    column: NDArray[np.int64],
+    size: tuple[int, ...],
+    near: int,
+) -> NDArray[np.bool_]:
+    """(N,) whether pixels up to `near` rows and columns away found spots open and others hidden."""
+    hidden, opened = (np.zeros(size, dtype=np.bool_) for _ in range(2))
+    hidden[row, column] = looks.is_open != looks.above
+    opened[row, column] = looks.is_open != 0
+    differ = _spread(hidden, near) & _spread(opened, near)
+    # Who looked at something that is not lit from there knows nothing.
+    return np.asarray(differ[row, column] | (looks.above == 0))
+
+
+def _spread(picture: NDArray[np.bool_], near: int) -> NDArray[np.bool_]:
+    """(H, W) whether any pixel up to `near` rows and columns away is set."""
+    for axis in (0, 1):
+        along = np.moveaxis(picture, axis, 0)
+        result = along.copy()
+        for step in range(1, near + 1):
+            result[step:] |= along[:-step]
+            result[:-step] |= along[step:]
+        picture = np.moveaxis(result, 0, axis)
+    return picture
 
 
 def _before_emitter(

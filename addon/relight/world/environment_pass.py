@@ -218,6 +218,7 @@ def _directions_pass(shadow: ShadowKind, single: bool, layout: SurfaceLayout) ->
         outputs=(("VEC4", "radiance"),),
         defines=(
             ("MOST_DIRECTIONS", str(MAX_FACES)),
+            *shadow.defines,
             *layout.defines,
             *((("ONE_DIRECTION", "1"),) if single else ()),
         ),

@@ -41,6 +41,13 @@ class RELUME_PT_frame(bpy.types.Panel):
         if graph is None:
             self.layout.label(text="Switch a 3D viewport to Rendered shading", icon="INFO")
             return
+        times = shown_graph.current_times()
+        if times is not None:
+            steps = self.layout.column(align=True)
+            for text, took in times.lines():
+                row = steps.split(factor=0.75)
+                row.label(text=f"{text} picture", icon="IMAGE_DATA")
+                row.label(text=took)
         column = self.layout.column(align=True)
         for icon, text, took in lines(graph):
             row = column.split(factor=0.75)

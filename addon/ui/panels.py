@@ -133,6 +133,19 @@ class RELUME_PT_sampling(_RenderPanel, bpy.types.Panel):
         layout.prop(context.scene.relume, "shadows")
 
 
+class RELUME_PT_performance(_RenderPanel, bpy.types.Panel):
+    """What the viewport gives up for its speed."""
+
+    bl_label = "Performance"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.scene.relume, "frame_rate", text="Moving View")
+
+
 class RELUME_PT_film(_RenderPanel, bpy.types.Panel):
     """The render settings shared with Cycles."""
 
@@ -221,6 +234,7 @@ class RELUME_PT_material(bpy.types.Panel):
 CLASSES = (
     RELUME_PT_cache,
     RELUME_PT_sampling,
+    RELUME_PT_performance,
     RELUME_PT_film,
     RELUME_PT_light,
     RELUME_PT_camera,

@@ -60,6 +60,14 @@ _SHADOW_ITEMS = (
         "Exact: a ray for each pixel, light and sample. Contacts and thin parts are as in Cycles",
     ),
 )
+# Seconds for a picture of a moving view; 0 for as long as it takes.
+_PICTURE_SECONDS = {"60": 0.016, "30": 0.033, "20": 0.050, "FULL": 0.0}
+_FRAME_RATE_ITEMS = (
+    ("60", "60 fps", "At most 16 ms for a picture: the smoothest way round, and the coarsest"),
+    ("30", "30 fps", "At most 33 ms for a picture"),
+    ("20", "20 fps", "At most 50 ms for a picture"),
+    ("FULL", "Full Resolution", "Every pixel of every picture, however long one takes"),
+)
 _DEFAULT = PlacementSettings()
 _RESOLUTION_ITEMS = tuple((str(tier), f"{tier} x {tier}", "") for tier in RESOLUTIONS)
 
@@ -214,6 +222,14 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             min=1,
             soft_max=256,
         ),
+        "frame_rate": bpy.props.EnumProperty(
+            name="Frame Rate",
+            description="How often the picture is to be drawn while the view moves. It has a lower "
+            "resolution then if it needs to; once the view stands still, it gets all its pixels, "
+            "and is anti-aliased",
+            items=_FRAME_RATE_ITEMS,
+            default="30",
+        ),
         "shadows": bpy.props.EnumProperty(
             name="Shadows",
             description="How shadows are found",
@@ -228,6 +244,11 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             soft_max=1024,
         ),
     }
+
+
+def picture_seconds(scene: bpy.types.Scene) -> float:
+    """What a picture of a moving view may take; 0 for as long as it takes."""
+    return _PICTURE_SECONDS[scene.relume.frame_rate]
 
 
 def register() -> None:

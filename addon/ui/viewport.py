@@ -3,11 +3,9 @@
 
 from __future__ import annotations
 
-import time
 from typing import TYPE_CHECKING, Any
 
 import gpu
-import numpy as np
 from gpu_extras.presets import draw_texture_2d
 
 from ..errors import InputError
@@ -17,6 +15,8 @@ from ..scene.view_reader import read_viewport
 from . import job, shown_graph
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
+from .progressive_picture import ProgressivePicture, in_words, same_view
+from .properties import picture_seconds
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key, world_key
 from .unbaked_picture import draw_unbaked
 
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
     from .scene_session import SceneSession
 
-# Samples are drawn for at most so long before the interface gets its turn, in seconds.
-BUSY_S = 0.05
 LOADING = "loading the cache"
 
 
@@ -47,7 +45,7 @@ class Viewport:
         self._world_key: tuple[int, bool] | None = None
         self._key_is_old = True
         self._unbaked_view: View | None = None
-        self._texture: gpu.types.GPUTexture | None = None
+        self._picture = ProgressivePicture()
 
     def note_changes(self, depsgraph: Any) -> None:
         """Remember what the last evaluation of the scene changed."""
@@ -65,7 +63,7 @@ class Viewport:
             self._fail(str(error))
         if self._opened is None:
             # While another bake is loaded, the picture from the last one stays.
-            if not self._announced or self._texture is None:
+            if not self._announced or self._picture.texture is None:
                 self._draw_unbaked(depsgraph, view)
             unfinished = self._announced
             engine.update_stats("Relume", self._error)
@@ -73,7 +71,7 @@ class Viewport:
             target = scene.relume.viewport_samples
             self._opened.session.set_samples(target)
             self._opened.follow_settings(scene)
-            unfinished = self._refine(self._opened, view)
+            unfinished = self._refine(self._opened, view, picture_seconds(scene))
             engine.update_stats("Relume", self._status(self._opened, target))
         self._show(engine, scene, view)
         return unfinished
@@ -109,6 +107,7 @@ class Viewport:
             self._failed_stamp = stamp
             self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
         elif changes:
+            self._picture.note_change()
             self._opened.update(depsgraph, changes)
             if self._opened.is_left:
                 from .scene_session import SceneSession
@@ -121,46 +120,40 @@ class Viewport:
         self._opened = None
         self._error = message
 
-    def _refine(self, opened: SceneSession, view: View) -> bool:
+    def _refine(self, opened: SceneSession, view: View, budget_s: float) -> bool:
         """Draw samples for a moment; True while more are wanted."""
-        opened.session.set_view(view)
-        start = time.perf_counter()
-        unfinished = True
-        while unfinished and time.perf_counter() - start < BUSY_S:
-            unfinished = opened.session.step(announce=True)
-            if opened.session.compiling:
-                break
-        self._texture = opened.session.draw_combined()
-        shown_graph.show(opened.session.graph)
+        unfinished = self._picture.refine(opened.session, view, budget_s)
+        shown_graph.show(opened.session.graph, self._picture.times)
         return unfinished
 
     def _draw_unbaked(self, depsgraph: Any, view: View) -> None:
-        if not _same_view(view, self._unbaked_view):
+        if self._unbaked_view is None or not same_view(view, self._unbaked_view):
             pixels = draw_unbaked(depsgraph, view)
-            self._texture = texture_from_array(pixels, "RGBA16F")
+            self._picture.replace(texture_from_array(pixels, "RGBA16F"))
             self._unbaked_view = view
 
     def _status(self, opened: SceneSession, target: int) -> str:
         if opened.session.compiling:
             return f"compiling the shader {opened.session.compiling}"
-        return f"sample {opened.session.samples_done}/{target}, {opened.describe()}"
+        if self._picture.is_moving:
+            # What the cache lacks is counted pixel by pixel, for which there is no time now.
+            divisor = self._picture.divisor
+            return "moving" if divisor == 1 else f"moving, 1/{divisor} resolution"
+        times = self._picture.times
+        text = f"sample {opened.session.samples_done}/{target}"
+        if times.first is not None:
+            text += f", first picture after {in_words(times.first)}"
+        if times.last is not None:
+            text += f", last after {in_words(times.last)}"
+        return f"{text}; {opened.describe()}"
 
     def _show(self, engine: bpy.types.RenderEngine, scene: Any, view: View) -> None:
         """Draw the picture, scene-linear: Blender applies the scene's view transform."""
-        if self._texture is None:
+        texture = self._picture.texture
+        if texture is None:
             return
         gpu.state.blend_set("ALPHA_PREMULT")
         engine.bind_display_space_shader(scene)
-        draw_texture_2d(self._texture, (0, 0), view.width, view.height)
+        draw_texture_2d(texture, (0, 0), view.width, view.height)
         engine.unbind_display_space_shader()
         gpu.state.blend_set("NONE")
-
-
-def _same_view(first: View, second: View | None) -> bool:
-    return (
-        second is not None
-        and (first.width, first.height, first.perspective, first.pixel_filter)
-        == (second.width, second.height, second.perspective, second.pixel_filter)
-        and np.array_equal(first.world_from_camera, second.world_from_camera)
-        and np.array_equal(first.clip_from_camera, second.clip_from_camera)
-    )

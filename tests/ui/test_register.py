@@ -53,12 +53,12 @@ def test_the_panels_an_artist_needs_are_there(extension: None) -> None:
 def test_every_setting_explains_itself(extension: None) -> None:
     settings: Any = bpy.context.scene.relume
     names = {"cache_folder", "preset", "primaries", "secondaries"}
-    names |= {"viewport_samples", "render_samples", "shadows"}
+    names |= {"viewport_samples", "render_samples", "shadows", "frame_rate"}
     names |= {"shot", "budget", "max_pictures", "max_megabytes", "shot_share"}
     assert names <= set(settings.bl_rna.properties.keys())
     for name in names:
         assert len(settings.bl_rna.properties[name].description) > 20
-    for name in ("shot", "budget", "preset"):
+    for name in ("shot", "budget", "preset", "frame_rate"):
         items = settings.bl_rna.properties[name].enum_items
         assert all(len(item.description) > 10 for item in items)
     assert set(BUDGET_FIELDS) == set(settings.bl_rna.properties["budget"].enum_items.keys())

@@ -17,7 +17,7 @@ import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -32,14 +32,7 @@ def run(request: dict[str, Any]) -> Iterator[float]:
     """The whole check; yields seconds to wait before the next step."""
     out = Path(request["out"])
     report: dict[str, Any] = {"version": bpy.app.version_string, "python": sys.version}
-    if request["zip"]:
-        started = time.perf_counter()
-        bpy.ops.extensions.package_install_files(
-            filepath=request["zip"], repo="user_default", enable_on_install=True
-        )
-        report["install_s"] = time.perf_counter() - started
-    bpy.context.preferences.system.use_region_overlap = False
-    bpy.context.preferences.view.show_splash = False
+    install(request, report)
     bpy.ops.wm.open_mainfile(filepath=request["blend"], load_ui=False)
     yield 1.0
 
@@ -83,6 +76,18 @@ def run(request: dict[str, Any]) -> Iterator[float]:
     properties.spaces.active.context = "RENDER"
     yield from wait_and_grab(area, unfinished, out / "ui.png", request["patience_s"])
     (out / "window.json").write_text(json.dumps(report, indent=2), encoding="utf-8")
+
+
+def install(request: dict[str, Any], report: dict[str, Any]) -> None:
+    """Install the extension, and have nothing lie over the viewport."""
+    if request["zip"]:
+        started = time.perf_counter()
+        bpy.ops.extensions.package_install_files(
+            filepath=request["zip"], repo="user_default", enable_on_install=True
+        )
+        report["install_s"] = time.perf_counter() - started
+    bpy.context.preferences.system.use_region_overlap = False
+    bpy.context.preferences.view.show_splash = False
 
 
 def view_3d() -> tuple[Any, Any]:
@@ -167,7 +172,7 @@ def wait_and_grab(
     return seconds
 
 
-def main() -> None:
+def drive(run: Callable[[dict[str, Any]], Iterator[float]]) -> None:
     """Step through run(), and quit Blender at its end; a failure leaves failed.txt."""
     request = json.loads(Path(sys.argv[sys.argv.index("--") + 1]).read_text(encoding="utf-8"))
     steps = run(request)
@@ -186,4 +191,5 @@ def main() -> None:
     bpy.app.timers.register(advance, first_interval=1.0, persistent=True)
 
 
-main()
+if __name__ == "__main__":
+    drive(run)

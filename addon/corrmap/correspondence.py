@@ -10,6 +10,7 @@ its material's mean values on the triangle's own normal, and counted.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +22,7 @@ from ..glsl.shader import (
     Samplers,
     ShaderProgram,
     Texture,
+    adding,
     framebuffer,
     read_texture,
     texture_2d,
@@ -143,10 +145,18 @@ class GatherPass:
             outputs=tuple(("VEC4", name) for name in outputs),
         ).build()
 
-    def draw(self, visible: VisibleSurface, correspondence: CorrespondenceMap) -> SurfaceBuffer:
-        """The view's surfaces, holes filled."""
+    def draw(
+        self,
+        visible: VisibleSurface,
+        correspondence: CorrespondenceMap,
+        onto: SurfaceBuffer | None = None,
+    ) -> SurfaceBuffer:
+        """The view's surfaces, holes filled; their values are added to those of `onto`, if given,
+        and come back in its textures."""
         width, height = visible.position.width, visible.position.height
         targets = [texture_2d(width, height) for _ in self._outputs]
+        if onto is not None:
+            targets[1:] = onto.values
         textures = {
             "visible_position": visible.position,
             "visible_normal": visible.normal,
@@ -154,10 +164,11 @@ class GatherPass:
             "camera_table": self._cameras,
             **self._pages.textures(),
         }
-        for part, program in enumerate(self._programs):
-            start = part * MAX_COLOR_SLOTS
-            target = framebuffer(targets[start : start + MAX_COLOR_SLOTS])
-            program.draw_fullscreen(target, textures, {})
+        with nullcontext() if onto is None else adding():
+            for part, program in enumerate(self._programs):
+                start = part * MAX_COLOR_SLOTS
+                target = framebuffer(targets[start : start + MAX_COLOR_SLOTS])
+                program.draw_fullscreen(target, textures, {})
         return SurfaceBuffer(
             width=width,
             height=height,

@@ -154,6 +154,26 @@ class SurfaceLayout:
                     lines.append(f"  {texture}.{'xyzw'[slot]} = n.{'xyz'[index]};")
         return "\n".join([*lines, "}", ""])
 
+    def mean_glsl(self) -> str:
+        """`write_mean(ivec2 texel, float share, vec3 n)`, for the outputs in `value_names`: what
+        textures named sum_... hold, times `share`; directions are unit as from `write_glsl`."""
+        normals = [name for name in self.plan.stored if CHANNEL_BY_NAME[name].is_direction]
+        lines = ["void write_mean(ivec2 texel, float share, vec3 n)", "{"]
+        for i, texture in enumerate(self.value_names):
+            lines.append(f"  vec4 v{i} = share * texelFetch(sum_{texture}, texel, 0);")
+        for name in normals:
+            place = [self._value_place[name, index] for index in range(3)]
+            parts = ", ".join(f"v{at // 4}.{'xyzw'[at % 4]}" for at in place)
+            lines.append(f"  vec3 {name} = vec3({parts});")
+            lines.append(f"  float size_{name} = dot({name}, {name});")
+            lines.append(f"  {name} = size_{name} > 0.0 ? {name} * inversesqrt(size_{name}) : n;")
+            lines += [
+                f"  v{at // 4}.{'xyzw'[at % 4]} = {name}.{'xyz'[index]};"
+                for index, at in enumerate(place)
+            ]
+        lines += [f"  {texture} = v{i};" for i, texture in enumerate(self.value_names)]
+        return "\n".join([*lines, "}", ""])
+
     def _components(self, texture: int, prefix: str) -> list[str]:
         some = self.values[4 * texture : 4 * texture + 4]
         parts = [

@@ -24,6 +24,7 @@ from .correspondence import (
 )
 from .geometry_buffer import GeometryBuffer
 from .pixel_filter import pixel_offsets
+from .shading_samples import PixelListTextures, ShadingSamples, fits_lists
 from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
@@ -72,6 +73,7 @@ class SurfaceSampler:
         self._memory_budget = memory_budget
         self._view: View | None = None
         self._samples: dict[int, SurfaceBuffer] = {}
+        self._shading: ShadingSamples | None = None
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
         self._edits = NO_EDITS
@@ -188,13 +190,63 @@ class SurfaceSampler:
         elif with_objects and surface.objects is None:
             visible = self._visible(index, self._view, with_objects)
             surface = self._samples[index] = replace(surface, objects=visible.objects)
+        return self._laid_out(surface)
+
+    def find_shading_samples(self, visibility: int) -> bool:
+        """Do the next step towards the current view's shading samples; False when there is none.
+
+        Args:
+            visibility: visibility samples of each pixel; 0 for no lists. A picture whose samples
+                are too many to be numbered has none either.
+
+        Raises:
+            RuntimeError: no view was set yet.
+        """
+        if self._view is None:
+            raise RuntimeError("set a view before sampling it")
+        view = self._view
+        if not visibility or not fits_lists(view.width, view.height):
+            return False
+        if self._shading is None:
+            self._shading = ShadingSamples(
+                lambda k, with_objects: self._visible(k, view, with_objects),
+                lambda k: _offset(view, k),
+                (self._correspondence_pass, self._gather_pass),
+                self._pages,
+                visibility=visibility,
+                memory_budget=self._memory_budget,
+            )
+        return self._shading.step()
+
+    @property
+    def shading_progress(self) -> float:
+        """What share of these steps is done."""
+        return 0.0 if self._shading is None else self._shading.progress
+
+    @property
+    def lists(self) -> PixelListTextures | None:
+        """What the pixels make of the shading samples, once these are found."""
+        return None if self._shading is None else self._shading.lists
+
+    def shading_sample(self, index: int, *, with_objects: bool = False) -> SurfaceBuffer:
+        """The atlas of the shading samples for sample `index` of the lights.
+
+        Raises:
+            RuntimeError: they are not found yet.
+        """
+        if self._shading is None:
+            raise RuntimeError("find the shading samples first")
+        with_objects = with_objects or self._layout.edits_objects
+        return self._laid_out(self._shading.sample(index, with_objects=with_objects))
+
+    def _laid_out(self, surface: SurfaceBuffer) -> SurfaceBuffer:
+        """The same, read as the edits say."""
         if self._layout is self._pages.surface_layout:
             return surface
         return replace(surface, material_table=self._material_table, layout=self._layout)
 
     def _visible(self, index: int, view: View, with_objects: bool) -> VisibleSurface:
-        x, y = pixel_offsets(view.pixel_filter, 1, first=index)[0]
-        return self._visible_pass.draw(view, (float(x), float(y)), with_objects=with_objects)
+        return self._visible_pass.draw(view, _offset(view, index), with_objects=with_objects)
 
     def _gathered(self, index: int, view: View, with_objects: bool) -> SurfaceBuffer:
         """A sample as the cache has it, kept if there is room."""
@@ -226,6 +278,7 @@ class SurfaceSampler:
 
     def _forget(self) -> None:
         self._samples.clear()
+        self._shading = None
         self._correspondence = None
 
     def _is_far(self, view: View) -> bool:
@@ -242,6 +295,12 @@ class SurfaceSampler:
         self._visible_pass = VisibleSurfacePass(self._buffer)
         self._correspondence_pass = CorrespondencePass(self._pages, origin)
         self._gather_pass = GatherPass(self._pages, origin)
+
+
+def _offset(view: View, index: int) -> tuple[float, float]:
+    """A sample's place, pixels (x, y) from the pixels' centres."""
+    x, y = pixel_offsets(view.pixel_filter, 1, first=index)[0]
+    return float(x), float(y)
 
 
 def _near_clip(view: View) -> float:

@@ -222,6 +222,16 @@ class ShaderProgram:
             batch.draw(self.shader)
 
 
+@contextmanager
+def adding() -> Iterator[None]:
+    """Inside, what passes draw is added to what is there, alpha too."""
+    gpu.state.blend_set("ADDITIVE_PREMULT")
+    try:
+        yield
+    finally:
+        gpu.state.blend_set("NONE")
+
+
 def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F") -> Any:
     """An empty GPU texture; its contents are undefined until drawn or cleared.
 

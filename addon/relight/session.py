@@ -75,6 +75,10 @@ if TYPE_CHECKING:
     from ..caching.store import CacheStore
 
 
+# Visibility samples of each pixel: as many as Lightspeed's pictures have (figure 10).
+VISIBILITY_SAMPLES = 64
+
+
 class RelightSession:
     """Relights one scene from one cache. Needs a GPU context for its whole life.
 
@@ -88,6 +92,8 @@ class RelightSession:
         shadows: how shadows are found, and the resolution of their maps.
         split_lobes: whether lights' layers are kept apart by the kind of lobe, for `Picture.lobes`.
         mesh_lights: whether objects that glow light others.
+        visibility: visibility samples of each pixel of a picture with more than one sample; 0 to
+            shade each sample as a picture of its own, which is what the lists are held against.
         cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
         progress: is told how far loading the cache is.
 
@@ -104,6 +110,7 @@ class RelightSession:
         *,
         split_lobes: bool = False,
         mesh_lights: bool = True,
+        visibility: int = VISIBILITY_SAMPLES,
         cache_budget: int = CACHE_BUDGET,
         progress: Progress = silent,
     ) -> None:
@@ -114,6 +121,7 @@ class RelightSession:
         self._sampler = SurfaceSampler(
             geometry, framebuffers, store.plan, cache_budget=cache_budget, progress=progress
         )
+        self._visibility = visibility
         self._has_emission = store.plan.uses("emission")
         self._shadow_settings = (shadows or ShadowSettings()).settled(
             in_software=draws_in_software()
@@ -297,6 +305,8 @@ class RelightSession:
 
     def _step(self) -> bool:
         self._require_layers()
+        if self._stages.has_previews(self._wanted()) and self._find_shading_samples():
+            return True
         start = time.perf_counter()
         drawn = self._stages.advance(self._wanted(), self._drawer, self._edited)
         if drawn is None:
@@ -320,6 +330,9 @@ class RelightSession:
         """
         self._require_layers()
         names, count = self._wanted(), self._stages.count
+        if self._stages.next_sample(names) is not None:
+            while self._find_shading_samples():
+                progress(0.2 * self._sampler.shading_progress, "Visibility")
         while (k := self._stages.next_sample(names)) is not None:
             done = sum(self._stages.samples(name) for name in names)
             progress(done / (count * len(names)), f"Sample {k + 1} of {count}")
@@ -394,6 +407,10 @@ class RelightSession:
         """The view sees other places, or what glows changed."""
         if self._glowing is not None and self._view is not None:
             self.set_lights(self._given)
+
+    def _find_shading_samples(self) -> bool:
+        """Do the next bit of work towards the pixels' lists; False when there is none."""
+        return self._stages.count > 1 and self._sampler.find_shading_samples(self._visibility)
 
     def _touch(self, *inputs: str) -> None:
         self._forget(self._graph.touch(*inputs))

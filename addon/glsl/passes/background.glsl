@@ -9,9 +9,14 @@ void main()
     return;
   }
 #ifdef HAS_PICTURE
-  vec3 direction = normalize(background.corner.xyz +
-                             (float(texel.x) + 0.5) * background.right.xyz +
-                             (float(texel.y) + 0.5) * background.up.xyz);
+#  ifdef HAS_ATLAS
+  /* Written by sample_hits.glsl. */
+  vec2 film = texelFetch(surface_position, texel, 0).xy;
+#  else
+  vec2 film = vec2(texel) + vec2(0.5);
+#  endif
+  vec3 direction = normalize(background.corner.xyz + film.x * background.right.xyz +
+                             film.y * background.up.xyz);
   vec3 seen = picture_at(direction);
 #else
   vec3 seen = background.color.rgb;

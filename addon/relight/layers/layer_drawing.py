@@ -3,11 +3,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.geometry_buffer import GeometryBuffer
 from ...corrmap.pixel_filter import pixel_offsets
+from ...corrmap.shading_samples import PixelListTextures
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
 from ...corrmap.surface_sampler import SurfaceSampler
@@ -35,6 +39,7 @@ from ..shadows.traced_shadow import TracedShadowPass
 from ..world.environment import EnvironmentLight, EnvironmentScene
 from ..world.world_pass import BackgroundPass, WorldTextures
 from .layer_stack import LightLayer
+from .resolve_pass import ResolvePass
 
 # Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
 _RECEIVER_STRIDE = 4
@@ -76,6 +81,7 @@ class LayerDrawing:
         self._reach = ReachPass(self._filters)
         self._light_pass = LightPass(self._tables, layout, self._filters, split=split)
         self._background_pass = BackgroundPass()
+        self._resolve = ResolvePass()
         self._layout: SurfaceLayout | None = None
         self.follow_layout()
         self.parts = lobe_parts(layout) if split else ()
@@ -131,7 +137,46 @@ class LayerDrawing:
     def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
         """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
         objects = self._objects.of(light).texture
-        surface = self._sampler.sample(k, with_objects=objects is not None)
+        self._shade(
+            layer,
+            k,
+            stride,
+            lambda surface, target: self._add_light(light, surface, target, (k, count), stride),
+            with_objects=objects is not None,
+        )
+
+    def _shade(
+        self,
+        layer: LightLayer,
+        k: int,
+        stride: int,
+        draw: Callable[[SurfaceBuffer, Any], None],
+        *,
+        with_objects: bool = False,
+    ) -> None:
+        """Let `draw` shade sample k of the view, and add the pixels that come of it to a layer."""
+        lists = self._lists(stride)
+        if lists is None:
+            draw(self._sampler.sample(k, with_objects=with_objects), layer.target)
+            return
+        surface = self._sampler.shading_sample(k, with_objects=with_objects)
+        self._resolve.draw(layer, lists, surface.height, lambda target: draw(surface, target))
+
+    def _lists(self, stride: int) -> PixelListTextures | None:
+        """The pixels' lists, if there are any for a layer's resolution."""
+        return self._sampler.lists if stride == 1 else None
+
+    def _add_light(
+        self,
+        light: Light,
+        surface: SurfaceBuffer,
+        target: Any,
+        sample_of: tuple[int, int],
+        stride: int,
+    ) -> None:
+        """Add what sample k of `count` of a light makes of surfaces to a framebuffer."""
+        k, count = sample_of
+        objects = self._objects.of(light).texture
         points = POINTS if light.type == "MESH" else 1
         for j in range(k * points, (k + 1) * points):
             sample = self._light_sample(light, j, count * points)
@@ -148,7 +193,7 @@ class LayerDrawing:
                 surface,
                 light,
                 sample,
-                layer.target,
+                target,
                 shadow=shadow,
                 color=layer_tint(light),
                 weight=1.0 / points,
@@ -158,8 +203,9 @@ class LayerDrawing:
 
     def emission(self, layer: LightLayer, k: int, stride: int) -> None:
         """Add what surfaces send out by themselves."""
-        if self._emission_pass is not None:
-            self._emission_pass.draw(self._sampler.sample(k), layer.target, stride=stride)
+        emission = self._emission_pass
+        if emission is not None:
+            self._shade(layer, k, stride, lambda s, target: emission.draw(s, target, stride=stride))
 
     def world(
         self,
@@ -174,19 +220,35 @@ class LayerDrawing:
     ) -> None:
         """Add sample k of `count` of the world behind the scene, the picture's alpha, and the
         world's light."""
-        surface = self._sampler.sample(k)
-        x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
-        self._background_pass.draw(
-            surface,
-            world,
-            view,
-            layer.target,
-            offset=(float(x), float(y)),
-            film_transparent=film_transparent,
-            stride=stride,
-        )
-        if world is None:
-            return
+
+        def draw(surface: SurfaceBuffer, target: Any) -> None:
+            offset = None
+            if self._lists(stride) is None:
+                x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
+                offset = (float(x), float(y))
+            self._background_pass.draw(
+                surface,
+                world,
+                view,
+                target,
+                offset=offset,
+                film_transparent=film_transparent,
+                stride=stride,
+            )
+            if world is not None:
+                self._add_world(world, surface, target, (k, count), stride)
+
+        self._shade(layer, k, stride, draw)
+
+    def _add_world(
+        self,
+        world: WorldTextures,
+        surface: SurfaceBuffer,
+        target: Any,
+        sample_of: tuple[int, int],
+        stride: int,
+    ) -> None:
+        """Add what sample k of `count` of the world makes of surfaces to a framebuffer."""
         if self._pass is None:
             raise RuntimeError("set a view before drawing the world's light")
         scene = EnvironmentScene(
@@ -196,10 +258,10 @@ class LayerDrawing:
             lambda toward: self._sun_shadow(surface, toward, stride),
             one_by_one=self._settings.method == "traced",
         )
-        if count == 1:
-            self._environment.draw_first(surface, world, scene, layer.target, stride)
+        if sample_of[1] == 1:
+            self._environment.draw_first(surface, world, scene, target, stride)
         else:
-            self._environment.draw(surface, world, scene, layer.target, (k, count))
+            self._environment.draw(surface, world, scene, target, sample_of)
 
     def in_cells(self, light: Light) -> bool:
         """Whether a light's highlights come cell by cell, one for each sample."""

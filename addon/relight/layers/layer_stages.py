@@ -111,6 +111,11 @@ class LayerStages:
         """Add one sample to a named layer's mean; its name, None when all are finished."""
         return self._refined.advance(names, drawer(self._refined))
 
+    def has_previews(self, names: Collection[str]) -> bool:
+        """Whether there is something at full resolution to show of each of the named layers."""
+        shown = [self.shown(name) for name in names]
+        return all(each is not None and each.stack.stride == 1 for each in shown)
+
     def next_sample(self, names: Collection[str]) -> int | None:
         """The lowest sample that the mean of some named layer lacks."""
         return self._refined.next_sample(names)

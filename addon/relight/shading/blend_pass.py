@@ -6,9 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-import gpu
-
-from ...glsl.shader import ShaderProgram
+from ...glsl.shader import ShaderProgram, adding
 
 
 def add_fullscreen(
@@ -18,8 +16,5 @@ def add_fullscreen(
     uniforms: Mapping[str, Mapping[str, Any]],
 ) -> None:
     """Run a pass over every pixel and add what it gives, alpha too, to the framebuffer."""
-    gpu.state.blend_set("ADDITIVE_PREMULT")
-    try:
+    with adding():
         program.draw_fullscreen(target, textures, uniforms)
-    finally:
-        gpu.state.blend_set("NONE")

@@ -109,7 +109,7 @@ class BackgroundPass:
     """Adds the world where no surface is seen, and the whole picture's alpha."""
 
     def __init__(self) -> None:
-        self._programs: dict[bool, ShaderProgram] = {}
+        self._programs: dict[tuple[bool, bool], ShaderProgram] = {}
 
     def draw(
         self,
@@ -118,7 +118,7 @@ class BackgroundPass:
         view: View,
         target: Any,
         *,
-        offset: tuple[float, float] = (0.0, 0.0),
+        offset: tuple[float, float] | None = (0.0, 0.0),
         film_transparent: bool = False,
         weight: float = 1.0,
         stride: int = 1,
@@ -130,20 +130,22 @@ class BackgroundPass:
             world: None for black.
             view: the view, for its rays.
             target: framebuffer, RGBA32F.
-            offset: the sample's place in the pixel, from its centre, pixels.
+            offset: the sample's place in the pixel, from its centre, pixels; None for an atlas of
+                shading samples, which knows where each of them lies.
             film_transparent: leave colour and alpha zero where no surface is seen.
             weight: usually 1 / count of the view's samples.
             stride: view pixels along the side of one of the target's.
         """
         has_picture = world is not None and world.picture is not None
-        if has_picture not in self._programs:
-            self._programs[has_picture] = _background(has_picture).build()
+        variant = (has_picture, offset is None)
+        if variant not in self._programs:
+            self._programs[variant] = _background(*variant).build()
         visible = world is not None and world.world.camera_visible
         radiance = world.world.radiance if world is not None else None
         color = np.append(np.zeros(3) if radiance is None else radiance, float(visible))
         # gl_FragCoord is a pixel's centre already; directions are linear in it when they
         # reach one metre along the view axis.
-        pixels = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) + np.array(offset)
+        pixels = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]) + np.array(offset or (0.0, 0.0))
         _, rays = view.rays(pixels)
         rays = rays / -(rays @ view.world_from_camera[:3, 2])[:, None]
         textures = {"surface_position": surface.position}
@@ -158,10 +160,10 @@ class BackgroundPass:
             "opacity": 0.0 if film_transparent else 1.0,
             "stride": stride,
         }
-        add_fullscreen(self._programs[has_picture], target, textures, {"background": uniforms})
+        add_fullscreen(self._programs[variant], target, textures, {"background": uniforms})
 
 
-def _background(has_picture: bool) -> PassShader:
+def _background(has_picture: bool, is_atlas: bool) -> PassShader:
     samplers: tuple[tuple[str, SamplerType], ...] = (("surface_position", "FLOAT_2D"),)
     if has_picture:
         samplers = (*samplers, ("world_picture", "FLOAT_2D"))
@@ -172,7 +174,10 @@ def _background(has_picture: bool) -> PassShader:
         blocks=(_BACKGROUND_BLOCK,),
         samplers=samplers,
         outputs=(("VEC4", "radiance"),),
-        defines=(("HAS_PICTURE", "1"),) if has_picture else (),
+        defines=(
+            *((("HAS_PICTURE", "1"),) if has_picture else ()),
+            *((("HAS_ATLAS", "1"),) if has_picture and is_atlas else ()),
+        ),
     )
 
 

@@ -1,0 +1,241 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pixels as weighted lists of shading samples.
+
+J. Ragan-Kelley, C. Kilpatrick, B. Smith, D. Epps, P. Green, C. Hery and F. Durand, "The Lightspeed
+Automatic Interactive Lighting Preview System" (2007), section 4: visibility is sampled often and
+shading seldom, and with a view at rest the way from shading samples to pixels is linear and fixed.
+
+Each cell of the picture has a shading sample: what its middle sees. A visibility sample of a pixel
+that hits the surface of that pixel's own sample counts for it. Any other is a *stray*: it counts
+for a sample of the cell that it falls into, the middle's or a further one, which is made the first
+time that a surface is met there. So samples are shared by all pixels that see them, and there are
+further ones only where a cell holds more than one surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .same_surface import same_surface
+
+# Samples that a cell has at most; what else is met there counts for the nearest one.
+MOST_IN_CELL = 16
+
+# The lower of two numbers in one key; there are fewer than 2^31 of either.
+_LOW = 0xFFFFFFFF
+
+# Strays that are kept apart before they are counted together.
+_COUNT_TOGETHER = 1 << 21
+
+
+@dataclass(frozen=True)
+class PixelLists:
+    """The lists of a picture of height x width pixels.
+
+    Sample numbers below height * width are the cells' own, row by row from the bottom; the further
+    ones come behind them. A pixel without a list is its own sample.
+
+    Attributes:
+        height, width: pixels.
+        first: (H * W,) int64: where each pixel's list begins.
+        count: (H * W,) int64: its length, 0 for none.
+        sample: (L,) int64: the lists' samples.
+        weight: (L,) float32: and their weights; those of one list add up to 1.
+        cell: (E,) int64: of each further sample the cell.
+        seen_by, seen_at: (E,) int64: the visibility sample and the pixel that met it first.
+        position: (E, 4) float32: as `VisibleSurface.position`.
+        normal: (E, 3) float32: as `VisibleSurface.normal`.
+        visibility: visibility samples of each pixel.
+    """
+
+    height: int
+    width: int
+    first: NDArray[np.int64]
+    count: NDArray[np.int64]
+    sample: NDArray[np.int64]
+    weight: NDArray[np.float32]
+    cell: NDArray[np.int64]
+    seen_by: NDArray[np.int64]
+    seen_at: NDArray[np.int64]
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    visibility: int
+
+    @property
+    def samples_per_pixel(self) -> float:
+        """Shading samples for each pixel."""
+        return 1.0 + len(self.cell) / (self.height * self.width)
+
+
+class ListBuilder:
+    """Makes the lists of a view, one visibility sample after another.
+
+    Args:
+        position: (H, W, 4) float32: what the cells' middles see, as `VisibleSurface.position`.
+        normal: (H, W, 3) float32: as `VisibleSurface.normal`.
+    """
+
+    def __init__(self, position: NDArray[np.float32], normal: NDArray[np.float32]) -> None:
+        self._height, self._width = position.shape[:2]
+        self._pixels = self._height * self._width
+        self._count = self._pixels
+        self._position = position.reshape(-1, 4)
+        self._normal = normal.reshape(-1, 3)
+        self._cell = np.arange(self._pixels, dtype=np.int64)
+        self._seen = np.zeros(self._pixels, dtype=np.int64)
+        # A cell's samples: its own, and from each the number of the next, or -1.
+        self._next = np.full(self._pixels, -1, dtype=np.int64)
+        self._crowd = np.ones(self._pixels, dtype=np.uint8)
+        self._visibility = 0
+        self._new: list[NDArray[np.int64]] = []
+        self._keys = np.zeros(0, dtype=np.int64)
+        self._times = np.zeros(0, dtype=np.int64)
+
+    @property
+    def visibility(self) -> int:
+        """Visibility samples so far."""
+        return self._visibility
+
+    def add(
+        self,
+        pixel: NDArray[np.int64],
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+        offset: tuple[float, float],
+    ) -> None:
+        """Count one visibility sample of every pixel.
+
+        Args:
+            pixel: (N,) the pixels, row by row from the bottom, of which it is a stray.
+            position: (N, 4) what it hits there, as `VisibleSurface.position`.
+            normal: (N, 3) as `VisibleSurface.normal`.
+            offset: its place, pixels (x, y) from the pixels' centres.
+        """
+        self._visibility += 1
+        if not len(pixel):
+            return
+        row, column = np.divmod(pixel, self._width)
+        # What lies beyond the picture's border counts for the cells at it.
+        column = np.clip(np.floor(column + 0.5 + offset[0]), 0, self._width - 1)
+        row = np.clip(np.floor(row + 0.5 + offset[1]), 0, self._height - 1)
+        cell = (row * self._width + column).astype(np.int64)
+        seen = (self._visibility - 1) << 32 | pixel
+        sample = self._samples_of(cell, position, normal, seen)
+        self._new.append(pixel << 32 | sample)
+        if sum(len(keys) for keys in self._new) > _COUNT_TOGETHER:
+            self._count_together()
+
+    def finish(self) -> PixelLists:
+        """The lists of what was added so far."""
+        self._count_together()
+        pixel, sample = self._keys >> 32, self._keys & _LOW
+        listed, times = np.unique(pixel, return_counts=True)
+        strays = np.bincount(pixel, self._times, self._pixels)[listed]
+        own = self._visibility - strays.astype(np.int64)
+        kept = own > 0
+        pixel = np.concatenate([pixel, listed[kept]])
+        sample = np.concatenate([sample, listed[kept]])
+        count = np.concatenate([self._times, own[kept]])
+        order = np.argsort(pixel, kind="stable")
+        lengths = np.zeros(self._pixels, dtype=np.int64)
+        lengths[listed] = times + kept
+        extra = slice(self._pixels, self._count)
+        return PixelLists(
+            height=self._height,
+            width=self._width,
+            first=np.cumsum(lengths) - lengths,
+            count=lengths,
+            sample=sample[order],
+            weight=(count[order] / max(self._visibility, 1)).astype(np.float32),
+            cell=self._cell[extra].copy(),
+            seen_by=self._seen[extra] >> 32,
+            seen_at=self._seen[extra] & _LOW,
+            position=self._position[extra].copy(),
+            normal=self._normal[extra].copy(),
+            visibility=self._visibility,
+        )
+
+    def _count_together(self) -> None:
+        keys, where = np.unique(np.concatenate([self._keys, *self._new]), return_inverse=True)
+        ones = np.ones(len(where) - len(self._times), dtype=np.int64)
+        times = np.bincount(where, np.concatenate([self._times, ones]), len(keys))
+        self._keys, self._times, self._new = keys, times.astype(np.int64), []
+
+    def _samples_of(
+        self,
+        cell: NDArray[np.int64],
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+        seen: NDArray[np.int64],
+    ) -> NDArray[np.int64]:
+        """(N,) the sample of each hit, made where there was none."""
+        sample = np.full(len(cell), -1, dtype=np.int64)
+        todo = np.arange(len(cell))
+        while len(todo):
+            found, last = self._find(cell[todo], position[todo], normal[todo])
+            sample[todo] = found
+            todo, last = todo[found < 0], last[found < 0]
+            # The first hit of each cell makes a sample, and the others look again.
+            _, first = np.unique(cell[todo], return_index=True)
+            new = todo[first]
+            sample[new] = self._append(
+                cell[new], position[new], normal[new], seen[new], last[first]
+            )
+            todo = np.delete(todo, first)
+        return sample
+
+    def _find(
+        self,
+        cell: NDArray[np.int64],
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """(N,) the sample that serves each hit, or -1; and the last sample of its cell."""
+        found = np.full(len(cell), -1, dtype=np.int64)
+        last = cell.copy()
+        nearest = cell.copy()
+        distance = np.full(len(cell), np.inf)
+        some, current = np.arange(len(cell)), cell
+        while len(some):
+            place = self._position[current]
+            same = same_surface(place, self._normal[current], position[some], normal[some])
+            found[some[same]] = current[same]
+            some, current, place = some[~same], current[~same], place[~same]
+            away = np.linalg.norm(place - position[some], axis=1)
+            nearer = away < distance[some]
+            nearest[some[nearer]], distance[some[nearer]] = current[nearer], away[nearer]
+            last[some] = current
+            current = self._next[current]
+            some, current = some[current >= 0], current[current >= 0]
+        full = (found < 0) & (self._crowd[cell] >= MOST_IN_CELL)
+        found[full] = nearest[full]
+        return found, last
+
+    def _append(
+        self,
+        cell: NDArray[np.int64],
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+        seen: NDArray[np.int64],
+        last: NDArray[np.int64],
+    ) -> NDArray[np.int64]:
+        """Add samples behind the last ones of their cells; their numbers."""
+        number = np.arange(self._count, self._count + len(cell))
+        self._count += len(cell)
+        if self._count > len(self._cell):
+            more = max(self._count - len(self._cell), len(self._cell) // 4)
+            self._position = np.pad(self._position, ((0, more), (0, 0)))
+            self._normal = np.pad(self._normal, ((0, more), (0, 0)))
+            self._cell = np.pad(self._cell, (0, more))
+            self._seen = np.pad(self._seen, (0, more))
+            self._next = np.pad(self._next, (0, more), constant_values=-1)
+        self._position[number] = position
+        self._normal[number] = normal
+        self._cell[number] = cell
+        self._seen[number] = seen
+        self._next[last] = number
+        self._crowd[cell] += 1
+        return number

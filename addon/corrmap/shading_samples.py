@@ -1,0 +1,390 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The shading samples of a view, step by step: their lists, then their surfaces.
+
+An *atlas* holds them: the picture's own samples, one for each pixel, and above them rows with the
+further ones that `pixel_lists` asks for. Passes shade it as they shade a picture.
+
+A sample's parameters are the mean of what the cache says at several hits in its cell, so that
+textures finer than a pixel are as smooth as with a lookup for each visibility sample. Where it is
+shaded is another place for each sample of the lights: the hit of that visibility sample, if it is
+on the same surface. So the edges of shadows and highlights are filtered as the pixels are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..glsl.shader import (
+    MAX_COLOR_SLOTS,
+    PassShader,
+    ShaderProgram,
+    Texture,
+    framebuffer,
+    read_texture,
+    texture_2d,
+    texture_from_array,
+)
+from ..glsl.uniforms import Field, UniformBlock
+from .correspondence import CorrespondencePass, GatherPass
+from .pixel_lists import ListBuilder, PixelLists
+from .same_surface import SAME_SURFACE_DEFINES
+from .surface_buffer import SurfaceBuffer
+from .surface_layout import SurfaceLayout
+from .tile_pages import TilePages
+from .visible_surface import VisibleSurface
+
+# Visibility samples whose hits the parameters of a shading sample are the mean of.
+GATHERED = 16
+
+# Numbers of samples and of list entries are kept in float32.
+_MOST = 1 << 24
+
+# A position and a normal.
+_BYTES_OF_PLACES = 32
+
+# Texels in a row of what is uploaded as a plain row of values.
+_ROW = 4096
+
+_SAMPLE_SAMPLERS: Any = (
+    ("sample_position", "FLOAT_2D"),
+    ("sample_normal", "FLOAT_2D"),
+    ("visible_position", "FLOAT_2D"),
+    ("visible_normal", "FLOAT_2D"),
+)
+_STRAY = PassShader(
+    name="stray",
+    fragment="stray",
+    library=("same_surface",),
+    defines=SAME_SURFACE_DEFINES,
+    samplers=_SAMPLE_SAMPLERS,
+    outputs=(("FLOAT", "stray"),),
+)
+_PICK = PassShader(
+    name="pick_hits",
+    fragment="pick_hits",
+    samplers=(
+        ("picked_pixel", "FLOAT_2D"),
+        ("visible_position", "FLOAT_2D"),
+        ("visible_normal", "FLOAT_2D"),
+    ),
+    outputs=(("VEC4", "picked_position"), ("VEC4", "picked_normal")),
+)
+_HITS = PassShader(
+    name="sample_hits",
+    fragment="sample_hits",
+    library=("same_surface",),
+    defines=SAME_SURFACE_DEFINES,
+    blocks=(UniformBlock("hits", (Field("vec2", "offset"), Field("int", "height"))),),
+    samplers=(*_SAMPLE_SAMPLERS, ("sample_cell", "FLOAT_2D")),
+    outputs=(("VEC4", "surface_position"), ("VEC4", "surface_geometric_normal")),
+)
+_MEAN_BLOCK = UniformBlock("mean", (Field("float", "share"),))
+
+
+class PixelListPass:
+    """Tells which hits are strays, for a `ListBuilder`."""
+
+    def __init__(self) -> None:
+        self._stray = _STRAY.build()
+        self._pick = _PICK.build()
+
+    def add(
+        self,
+        builder: ListBuilder,
+        own: VisibleSurface,
+        hits: VisibleSurface,
+        offset: tuple[float, float],
+    ) -> None:
+        """Count one visibility sample of the view.
+
+        Args:
+            builder: of the lists.
+            own: what the pixels' centres see.
+            hits: what the sample sees.
+            offset: its place, pixels from the centres.
+        """
+        mask = texture_2d(own.position.width, own.position.height, "R8")
+        hit_textures = {"visible_position": hits.position, "visible_normal": hits.normal}
+        textures = {"sample_position": own.position, "sample_normal": own.normal, **hit_textures}
+        self._stray.draw_fullscreen(framebuffer([mask]), textures, {})
+        pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
+        if not len(pixel):
+            builder.add(pixel, np.zeros((0, 4), np.float32), np.zeros((0, 3), np.float32), offset)
+            return
+        place = np.stack([pixel % mask.width, pixel // mask.width], axis=1)
+        rows = _rows(place.astype(np.float32))
+        picked = [texture_2d(rows.width, rows.height) for _ in range(2)]
+        self._pick.draw_fullscreen(framebuffer(picked), {"picked_pixel": rows, **hit_textures}, {})
+        position, normal = (read_texture(t).reshape(-1, 4)[: len(pixel)] for t in picked)
+        builder.add(pixel, position, normal[:, :3], offset)
+
+
+class PixelListTextures:
+    """Lists on the GPU.
+
+    Attributes:
+        lists: the same as arrays.
+        place: RG32F, for each pixel where its list begins and how long it is.
+        entries: RG32F, sample numbers and weights.
+    """
+
+    def __init__(self, lists: PixelLists) -> None:
+        self.lists = lists
+        place = np.stack([lists.first, lists.count], axis=1).astype(np.float32)
+        self.place = texture_from_array(place.reshape(lists.height, lists.width, 2), "RG32F")
+        entries = np.stack([lists.sample.astype(np.float32), lists.weight], axis=1)
+        self.entries = _rows(entries)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of the GPU's memory."""
+        return sum(8 * int(t.width) * int(t.height) for t in (self.place, self.entries))
+
+    def textures(self) -> dict[str, Texture]:
+        """By the names of resolve.glsl."""
+        return {"list_place": self.place, "list_entries": self.entries}
+
+
+class ShadingSamples:
+    """The atlas of a view. Call `step` until it says that there is nothing left.
+
+    Args:
+        visible: gives a visibility sample of the view by its number; 0 is at the centres.
+        offset: gives its place in the pixels.
+        passes: find the texels, and read them.
+        pages: the cache on the GPU.
+        visibility: how many visibility samples the lists are made of.
+        memory_budget: bytes of the GPU's memory for the places where samples are shaded.
+    """
+
+    def __init__(
+        self,
+        visible: Callable[[int, bool], VisibleSurface],
+        offset: Callable[[int], tuple[float, float]],
+        passes: tuple[CorrespondencePass, GatherPass],
+        pages: TilePages,
+        *,
+        visibility: int,
+        memory_budget: int,
+    ) -> None:
+        self._visible = visible
+        self._offset = offset
+        self._correspondence, self._gather = passes
+        self._pages = pages
+        self._visibility = visibility
+        self._memory_budget = memory_budget
+        self._own: VisibleSurface | None = None
+        self._builder: ListBuilder | None = None
+        self._lists: PixelListTextures | None = None
+        self._cells: Texture | None = None
+        self._sum: SurfaceBuffer | None = None
+        self._gathered = 0
+        self._mean: SurfaceBuffer | None = None
+        self._kept: dict[int, SurfaceBuffer] = {}
+
+    @property
+    def lists(self) -> PixelListTextures | None:
+        """The pixels' lists, once the samples can be shaded."""
+        return self._lists if self._mean is not None else None
+
+    @property
+    def progress(self) -> float:
+        """What share of the steps is done."""
+        done = (self._builder.visibility if self._builder is not None else 0) + self._gathered
+        return done / (self._visibility + self._gather_count)
+
+    def step(self) -> bool:
+        """Do the next bit; False when there is nothing left."""
+        if self._mean is not None:
+            return False
+        if self._own is None or self._builder is None:
+            self._own = self._visible(0, False)
+            normal = read_texture(self._own.normal)[..., :3]
+            self._builder = ListBuilder(read_texture(self._own.position), normal)
+            self._builder.add(np.zeros(0, np.int64), *_NO_HITS, (0.0, 0.0))
+        elif self._lists is None:
+            k = self._builder.visibility
+            if k < self._visibility:
+                hits = self._visible(k, False)
+                self._pass.add(self._builder, self._own, hits, self._offset(k))
+            else:
+                self._lists = PixelListTextures(self._builder.finish())
+                self._own = self._with_further(self._own, self._lists.lists)
+        elif self._gathered < self._gather_count:
+            self._gather_next()
+        else:
+            self._take_mean()
+        return True
+
+    def sample(self, k: int, *, with_objects: bool = False) -> SurfaceBuffer:
+        """The atlas, with the places where sample k of the lights is shaded.
+
+        Args:
+            k: which; any number.
+            with_objects: whether it must have its `objects`.
+
+        Raises:
+            RuntimeError: there are steps left.
+        """
+        if self._mean is None:
+            raise RuntimeError("the shading samples are not complete")
+        surface = self._kept.get(k)
+        if surface is None:
+            hits = self._hits(k)
+            surface = replace(self._mean, position=hits.position, geometric_normal=hits.normal)
+            size = _BYTES_OF_PLACES * surface.width * surface.height
+            if size * (len(self._kept) + 1) < self._memory_budget:
+                self._kept[k] = surface
+        if with_objects and surface.objects is None:
+            surface = replace(surface, objects=self._objects)
+            if k in self._kept:
+                self._kept[k] = surface
+        return surface
+
+    # Inside -------------------------------------------------------------------------------
+
+    @cached_property
+    def _pass(self) -> PixelListPass:
+        return PixelListPass()
+
+    @cached_property
+    def _hits_program(self) -> ShaderProgram:
+        return _HITS.build()
+
+    @cached_property
+    def _objects(self) -> Texture:
+        """Of the atlas: found when it is first asked for, by looking again."""
+        if self._lists is None:
+            raise RuntimeError("the lists are not complete")
+        lists = self._lists.lists
+        picture = read_texture(_required(self._visible(0, True).objects))
+        number = len(lists.cell)
+        further = np.zeros((-(-number // lists.width) * lists.width, 1), dtype=np.float32)
+        for k in np.unique(lists.seen_by):
+            seen = np.flatnonzero(lists.seen_by == k)
+            objects = read_texture(_required(self._visible(int(k), True).objects))
+            further[seen] = objects.reshape(-1, 1)[lists.seen_at[seen]]
+        rows = further.reshape(-1, lists.width, 1)
+        return texture_from_array(np.concatenate([picture, rows]), "R32F")
+
+    @property
+    def _gather_count(self) -> int:
+        return min(GATHERED, self._visibility)
+
+    def _with_further(self, own: VisibleSurface, lists: PixelLists) -> VisibleSurface:
+        """The atlas' own hits."""
+        width, number = lists.width, len(lists.cell)
+        rows = -(-number // width)
+        cells = np.zeros((max(rows, 1) * width, 2), dtype=np.float32)
+        cells[:number] = np.stack([lists.cell % width, lists.cell // width], axis=1)
+        self._cells = texture_from_array(cells.reshape(-1, width, 2), "RG32F")
+        if not rows:
+            return own
+        textures = []
+        for texture, values in ((own.position, lists.position), (own.normal, lists.normal)):
+            picture = read_texture(texture)
+            further = np.zeros((rows * width, 4), dtype=np.float32)
+            further[:number, : values.shape[1]] = values
+            whole = np.concatenate([picture, further.reshape(rows, width, 4)])
+            textures.append(texture_from_array(whole, "RGBA32F"))
+        return replace(own, position=textures[0], normal=textures[1], objects=None)
+
+    def _hits(self, k: int) -> VisibleSurface:
+        """Where the atlas' samples are shaded for sample k."""
+        if self._own is None or self._lists is None or self._cells is None:
+            raise RuntimeError("the lists are not complete")
+        own, hits = self._own, self._visible(k, False)
+        targets = [texture_2d(own.position.width, own.position.height) for _ in range(2)]
+        self._hits_program.draw_fullscreen(
+            framebuffer(targets),
+            {
+                "sample_position": own.position,
+                "sample_normal": own.normal,
+                "visible_position": hits.position,
+                "visible_normal": hits.normal,
+                "sample_cell": self._cells,
+            },
+            {"hits": {"offset": self._offset(k), "height": self._lists.lists.height}},
+        )
+        return replace(own, position=targets[0], normal=targets[1])
+
+    def _gather_next(self) -> None:
+        hits = self._hits(self._gathered)
+        correspondence = self._correspondence.draw(hits)
+        if self._pages.is_paged:
+            self._pages.bring(correspondence.read())
+        surface = self._gather.draw(hits, correspondence, onto=self._sum)
+        self._sum = self._sum or surface
+        self._gathered += 1
+
+    def _take_mean(self) -> None:
+        total = self._sum
+        if total is None or self._own is None:
+            raise RuntimeError("nothing was gathered")
+        mean = MeanPass(total.layout).draw(total, 1.0 / self._gathered)
+        # The scores go with the normals.
+        self._own = replace(self._own, normal=total.geometric_normal)
+        self._mean, self._sum = mean, None
+
+
+_NO_HITS = np.zeros((0, 4), np.float32), np.zeros((0, 3), np.float32)
+
+
+class MeanPass:
+    """Turns sums of gathered surfaces into means."""
+
+    def __init__(self, layout: SurfaceLayout) -> None:
+        self._layout = layout
+
+    def draw(self, total: SurfaceBuffer, share: float) -> SurfaceBuffer:
+        """The surfaces with their values multiplied by `share`, directions unit."""
+        names = self._layout.value_names
+        values = tuple(texture_2d(total.width, total.height) for _ in names)
+        textures = {f"sum_{name}": t for name, t in zip(names, total.values, strict=True)}
+        textures["surface_geometric_normal"] = total.geometric_normal
+        for start in range(0, len(names), MAX_COLOR_SLOTS):
+            some = slice(start, start + MAX_COLOR_SLOTS)
+            target = framebuffer(values[some])
+            self._program(names[some]).draw_fullscreen(target, textures, {"mean": {"share": share}})
+        return replace(total, values=values)
+
+    def _program(self, outputs: tuple[str, ...]) -> ShaderProgram:
+        names = self._layout.value_names
+        unread = "".join(f"vec4 {name};\n" for name in names if name not in outputs)
+        return PassShader(
+            name="mean_surface",
+            fragment="mean_surface",
+            generated=unread + self._layout.mean_glsl(),
+            blocks=(_MEAN_BLOCK,),
+            samplers=(
+                ("surface_geometric_normal", "FLOAT_2D"),
+                *((f"sum_{name}", "FLOAT_2D") for name in names),
+            ),
+            outputs=tuple(("VEC4", name) for name in outputs),
+        ).build()
+
+
+def _required(texture: Texture | None) -> Texture:
+    if texture is None:
+        raise RuntimeError("the objects were not drawn")
+    return texture
+
+
+def fits_lists(width: int, height: int) -> bool:
+    """Whether the numbers of a picture's samples can be told apart on the GPU."""
+    return 2 * width * height < _MOST
+
+
+def _rows(values: NDArray[np.float32]) -> Texture:
+    """(N, 2) float32 as RG32F texels, row by row; the last row is filled up with zeros."""
+    across = min(max(len(values), 1), _ROW)
+    rows = max(-(-len(values) // across), 1)
+    filled = np.zeros((rows * across, 2), dtype=np.float32)
+    filled[: len(values)] = values
+    return texture_from_array(filled.reshape(rows, across, 2), "RG32F")

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Pixels as weighted lists of shading samples: the indirect framebuffer of J. Ragan-Kelley et al.,
+ * "The Lightspeed Automatic Interactive Lighting Preview System" (2007), section 4.1. */
+void main()
+{
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  ivec2 list = ivec2(texelFetch(list_place, pixel, 0).xy + vec2(0.5));
+  if (list.y == 0) {
+    /* All that the pixel sees is on its own sample's surface. */
+    radiance = texelFetch(shaded, pixel, 0);
+    return;
+  }
+  int across = textureSize(list_entries, 0).x;
+  int width = textureSize(shaded, 0).x;
+  vec4 sum = vec4(0.0);
+  for (int i = list.x; i < list.x + list.y; i++) {
+    vec2 entry = texelFetch(list_entries, ivec2(i % across, i / across), 0).xy;
+    int number = int(entry.x + 0.5);
+    sum += entry.y * texelFetch(shaded, ivec2(number % width, number / width), 0);
+  }
+  radiance = sum;
+}

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: GPL-3.0-or-later
+ * Where each shading sample is shaded for one sample of the view: where its cell's hit is, if that
+ * is on its surface, else at its own place. Rows above the picture hold the further samples. */
+void main()
+{
+  ivec2 texel = ivec2(gl_FragCoord.xy);
+  ivec2 cell = texel;
+  if (texel.y >= hits.height) {
+    cell = ivec2(texelFetch(sample_cell, texel - ivec2(0, hits.height), 0).xy);
+  }
+  surface_position = texelFetch(sample_position, texel, 0);
+  surface_geometric_normal = texelFetch(sample_normal, texel, 0);
+  vec4 p = texelFetch(visible_position, cell, 0);
+  vec3 n = texelFetch(visible_normal, cell, 0).xyz;
+  vec2 film = vec2(cell) + vec2(0.5);
+  if (same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
+    surface_position = p;
+    surface_geometric_normal.xyz = n;
+    film += hits.offset;
+  }
+  if (surface_position.w == 0.0) {
+    /* The background lies in a direction. */
+    surface_position.xy = film;
+  }
+}

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From shaded samples to pixels: each pixel's list, weighted and added up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...corrmap.shading_samples import PixelListTextures
+from ...glsl.shader import PassShader, ShaderProgram, Texture, framebuffer, texture_2d
+from ..shading.blend_pass import add_fullscreen
+from .layer_stack import LightLayer
+
+_RESOLVE = PassShader(
+    name="resolve",
+    fragment="resolve",
+    samplers=(
+        ("shaded", "FLOAT_2D"),
+        ("list_place", "FLOAT_2D"),
+        ("list_entries", "FLOAT_2D"),
+    ),
+    outputs=(("VEC4", "radiance"),),
+)
+
+
+class ResolvePass:
+    """Adds samples to layers by way of the indirect framebuffer."""
+
+    def __init__(self) -> None:
+        self._program: ShaderProgram | None = None
+        self._shaded: tuple[Texture, ...] = ()
+        self._target: Any = None
+
+    def draw(
+        self,
+        layer: LightLayer,
+        lists: PixelListTextures,
+        height: int,
+        shade: Callable[[Any], None],
+    ) -> None:
+        """Shade the atlas of a view and add what its pixels make of it to a layer.
+
+        Args:
+            layer: what is added to, as large as the picture.
+            lists: the pixels' lists.
+            height: of the atlas; it is as wide as the picture.
+            shade: adds to a framebuffer of the atlas' size with as many textures as the layer.
+        """
+        if self._program is None:
+            self._program = _RESOLVE.build()
+        size = (lists.lists.width, height, len(layer.textures))
+        known = self._shaded[0] if self._shaded else None
+        if known is None or (known.width, known.height, len(self._shaded)) != size:
+            self._shaded = tuple(texture_2d(*size[:2]) for _ in range(size[2]))
+            self._target = framebuffer(self._shaded)
+        with self._target.bind():
+            self._target.clear(color=(0.0, 0.0, 0.0, 0.0))
+        shade(self._target)
+        for shaded, texture in zip(self._shaded, layer.textures, strict=True):
+            target = layer.target if len(layer.textures) == 1 else framebuffer([texture])
+            add_fullscreen(self._program, target, {"shaded": shaded, **lists.textures()}, {})

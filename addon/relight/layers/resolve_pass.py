@@ -24,11 +24,15 @@ _RESOLVE = PassShader(
 
 
 class ResolvePass:
-    """Adds samples to layers by way of the indirect framebuffer."""
+    """Adds samples to layers by way of the indirect framebuffer.
+
+    Attributes:
+        shaded: the atlas that was shaded last, RGBA32F, one texture for each part of its layer.
+    """
 
     def __init__(self) -> None:
         self._program: ShaderProgram | None = None
-        self._shaded: tuple[Texture, ...] = ()
+        self.shaded: tuple[Texture, ...] = ()
         self._target: Any = None
 
     def draw(
@@ -49,13 +53,13 @@ class ResolvePass:
         if self._program is None:
             self._program = _RESOLVE.build()
         size = (lists.lists.width, height, len(layer.textures))
-        known = self._shaded[0] if self._shaded else None
-        if known is None or (known.width, known.height, len(self._shaded)) != size:
-            self._shaded = tuple(texture_2d(*size[:2]) for _ in range(size[2]))
-            self._target = framebuffer(self._shaded)
+        known = self.shaded[0] if self.shaded else None
+        if known is None or (known.width, known.height, len(self.shaded)) != size:
+            self.shaded = tuple(texture_2d(*size[:2]) for _ in range(size[2]))
+            self._target = framebuffer(self.shaded)
         with self._target.bind():
             self._target.clear(color=(0.0, 0.0, 0.0, 0.0))
         shade(self._target)
-        for shaded, texture in zip(self._shaded, layer.textures, strict=True):
+        for shaded, texture in zip(self.shaded, layer.textures, strict=True):
             target = layer.target if len(layer.textures) == 1 else framebuffer([texture])
             add_fullscreen(self._program, target, {"shaded": shaded, **lists.textures()}, {})

@@ -1,0 +1,189 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Pictures made of shared shading samples beside pictures that shade every sample."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.glsl.shader import read_texture
+from addon.relight.world.world_pass import WorldTextures
+from addon.scene.geometry import SceneGeometry
+from addon.scene.light_linking import LightLinking, LinkedObjects
+from addon.scene.view import View
+from addon.scene.world import World
+from tests import synthetic
+
+from .test_session import MemoryStore, counted_draws, point_light
+from .test_session import room as room  # noqa: PLC0414 - a fixture is exported so
+
+pytestmark = pytest.mark.usefixtures("gpu_context")
+
+Room = tuple[SceneGeometry, MemoryStore, View]
+VISIBILITY = 32
+KEY = replace(point_light("Key", (-1.0, -1.2, 1.5)), shadow_soft_size=0.3)
+
+
+def open_session(room: Room, samples: int, visibility: int, view: View | None = None) -> Any:
+    from addon.relight.session import RelightSession
+
+    geometry, store, own = room
+    session = RelightSession(geometry, cast("Any", store), samples, visibility=visibility)
+    session.set_world(None)
+    session.set_view(own if view is None else view)
+    return session
+
+
+def listed(session: Any) -> NDArray[np.bool_]:
+    """(H, W) the pixels that have a list."""
+    lists = session._sampler.lists.lists
+    return np.asarray((lists.count > 0).reshape(lists.height, lists.width))
+
+
+def alike(session: Any, count: int) -> NDArray[np.bool_]:
+    """(H, W) where some samples of the view read the same from the cache."""
+    samples = [session._sampler.sample(k).values for k in range(count)]
+    values = np.stack([np.stack([read_texture(t) for t in sample]) for sample in samples])
+    return np.asarray((np.ptp(values, axis=0) <= 1e-6).all(axis=(0, 3)))
+
+
+def test_nothing_is_lost_where_nothing_is_shared(room: Room) -> None:
+    """Brute force to float precision away from edges, and nearer the truth than it at edges."""
+    brute, shared = (open_session(room, 8, v) for v in (0, VISIBILITY))
+    for session in (brute, shared):
+        session.set_lights([KEY])
+    want, got = brute.render(), shared.render()
+    edges = listed(shared)
+    assert 0.02 < edges.mean() < 0.3
+    # Beside an edge the cache's texels may show the other side of it to some of the hits.
+    plain = ~edges & alike(brute, 16)
+    assert plain.mean() > 0.85 * (~edges).mean()
+    # Means of eight: eight float32 roundings.
+    np.testing.assert_allclose(got.combined[plain], want.combined[plain], rtol=2e-6, atol=1e-9)
+    np.testing.assert_array_equal(got.combined[..., 3], 1.0)
+    # The light's points are those of eight samples; with more, only edges get better.
+    small = replace(KEY, shadow_soft_size=0.0)
+    truth = open_session(room, 128, 0)
+    for session in (brute, shared, truth):
+        session.set_lights([small])
+    exact = truth.render().combined[edges]
+    error = [
+        float(np.sqrt(np.mean((session.render().combined[edges] - exact) ** 2)))
+        for session in (brute, shared)
+    ]
+    assert error[1] < 0.6 * error[0]
+
+
+def test_shading_samples_hardly_outnumber_pixels(room: Room) -> None:
+    session = open_session(room, 2, 64)
+    session.set_lights([KEY])
+    session.render()
+    textures = session._sampler.lists
+    assert 1.0 <= textures.lists.samples_per_pixel < 1.15
+    assert textures.lists.visibility == 64
+
+
+def test_a_light_edit_shades_and_finds_nothing_else(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = open_session(room, 3, VISIBILITY)
+    session.set_lights([KEY])
+    first = session.render().combined
+    lists = session._sampler.lists
+    moved = replace(KEY, world_from_light=KEY.world_from_light @ np.diag([1.0, 1.0, 1.0, 1.0]))
+    moved.world_from_light[0, 3] += 0.5
+    session.set_lights([moved])
+    with counted_draws(session, monkeypatch) as shaded:
+        session.render()
+    assert shaded == ["Key"] * 3
+    assert session._sampler.lists is lists
+    session.set_lights([KEY])
+    np.testing.assert_array_equal(session.render().combined, first)
+
+
+def test_the_first_pictures_do_not_wait_for_the_lists(room: Room) -> None:
+    session = open_session(room, 4, VISIBILITY)
+    session.set_lights([KEY])
+    plain = open_session(room, 1, 0)
+    plain.set_lights([KEY])
+    while not session.shown_stride:
+        assert session._sampler.lists is None
+        assert session.step()
+    np.testing.assert_array_equal(read_texture(session.draw_combined()), plain.render().combined)
+    steps = 0
+    while session._sampler.lists is None:
+        assert session.samples_done == 0
+        assert session.step()
+        # What is shown stays.
+        assert session.shown_stride == 1
+        steps += 1
+    # One visibility sample at a time, so that an edit waits for no more than that.
+    assert steps >= VISIBILITY
+    while session.step():
+        pass
+    whole = open_session(room, 4, VISIBILITY)
+    whole.set_lights([KEY])
+    np.testing.assert_array_equal(session.render().combined, whole.render().combined)
+
+
+def test_a_single_sample_has_no_lists(room: Room) -> None:
+    session = open_session(room, 1, VISIBILITY)
+    session.set_lights([KEY])
+    session.render()
+    while session.step():
+        pass
+    assert session._sampler.lists is None
+
+
+def test_linked_objects_are_known_in_the_atlas(room: Room) -> None:
+    """A light that only the box gets, at the box's edges too."""
+    only_box = replace(
+        point_light("Key", (-1.0, -1.2, 1.5)),
+        use_shadow=False,
+        linking=LightLinking(receivers=LinkedObjects(frozenset(["part 1"]))),
+    )
+    shared, truth = open_session(room, 2, 64), open_session(room, 64, 0)
+    for session in (shared, truth):
+        session.set_lights([only_box])
+    got, want = (session.render().layers["Key"] for session in (shared, truth))
+    edges = listed(shared)
+    assert want.max() > 0.0
+    np.testing.assert_allclose(got[~edges], want[~edges], rtol=0.05, atol=1e-3 * want.max())
+    # The share of each object in a pixel is that of the same 64 visibility samples; two samples of
+    # the light's own are within a few percent of the shading of all.
+    assert np.abs(got - want).max() < 0.06 * want.max()
+
+
+def test_the_world_behind_edges(room: Room) -> None:
+    """The background lies where each sample of it is seen."""
+    _, store, _ = room
+    corner = synthetic.box((0.0, 0.0, 0.0), 1.0)
+    alone = synthetic.geometry_of([corner, synthetic.box((0.0, 0.0, -50.0), 0.01)])
+    view = synthetic.perspective_view(
+        synthetic.looking_at((1.5, -2.6, 1.9), (0.0, 0.0, 0.0)), 48, 36, 0.9
+    )
+    height, width = 64, 128
+    row, column = np.mgrid[:height, :width]
+    picture = np.stack(
+        [0.5 + 0.4 * np.sin(column / 5.0), 0.5 + 0.4 * np.cos(row / 4.0), 0.2 + 0.0 * row], axis=-1
+    )
+    world = World(None, picture.astype(np.float32))
+    pictures = []
+    for samples, visibility in ((4, 16), (16, 0)):
+        session = open_session((alone, store, view), samples, visibility)
+        # The surfaces are left dark: this is about what lies behind them.
+        session._world, session._world_textures = world, WorldTextures.upload(world)
+        session._drawing._add_world = lambda *_: None
+        pictures.append(session.render().combined)
+        if visibility:
+            edges = listed(session)
+    got, want = pictures
+    assert 0.05 < edges.mean() < 0.5
+    sky = want[..., 2] > 0.199
+    assert sky.mean() > 0.2
+    assert np.abs(got - want)[~edges].max() < 0.02
+    assert np.abs(got - want).max() < 0.06

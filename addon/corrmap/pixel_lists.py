@@ -45,9 +45,9 @@ class PixelLists:
         sample: (L,) int64: the lists' samples.
         weight: (L,) float32: and their weights; those of one list add up to 1.
         cell: (E,) int64: of each further sample the cell.
-        seen_by, seen_at: (E,) int64: the visibility sample and the pixel that met it first.
         position: (E, 4) float32: as `VisibleSurface.position`.
         normal: (E, 3) float32: as `VisibleSurface.normal`.
+        triangle: (E, 2) float32: as `VisibleSurface.triangles`.
         visibility: visibility samples of each pixel.
     """
 
@@ -58,10 +58,9 @@ class PixelLists:
     sample: NDArray[np.int64]
     weight: NDArray[np.float32]
     cell: NDArray[np.int64]
-    seen_by: NDArray[np.int64]
-    seen_at: NDArray[np.int64]
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
+    triangle: NDArray[np.float32]
     visibility: int
 
     @property
@@ -85,7 +84,8 @@ class ListBuilder:
         self._position = position.reshape(-1, 4)
         self._normal = normal.reshape(-1, 3)
         self._cell = np.arange(self._pixels, dtype=np.int64)
-        self._seen = np.zeros(self._pixels, dtype=np.int64)
+        # Only the further samples' are asked for.
+        self._triangle = np.zeros((self._pixels, 2), dtype=np.float32)
         # A cell's samples: its own, and from each the number of the next, or -1.
         self._next = np.full(self._pixels, -1, dtype=np.int64)
         self._crowd = np.ones(self._pixels, dtype=np.uint8)
@@ -104,6 +104,7 @@ class ListBuilder:
         pixel: NDArray[np.int64],
         position: NDArray[np.float32],
         normal: NDArray[np.float32],
+        triangle: NDArray[np.float32],
         offset: tuple[float, float],
     ) -> None:
         """Count one visibility sample of every pixel.
@@ -112,21 +113,23 @@ class ListBuilder:
             pixel: (N,) the pixels, row by row from the bottom, of which it is a stray.
             position: (N, 4) what it hits there, as `VisibleSurface.position`.
             normal: (N, 3) as `VisibleSurface.normal`.
+            triangle: (N, 2) as `VisibleSurface.triangles`.
             offset: its place, pixels (x, y) from the pixels' centres.
         """
         self._visibility += 1
-        if not len(pixel):
-            return
         row, column = np.divmod(pixel, self._width)
         # What lies beyond the picture's border counts for the cells at it.
         column = np.clip(np.floor(column + 0.5 + offset[0]), 0, self._width - 1)
         row = np.clip(np.floor(row + 0.5 + offset[1]), 0, self._height - 1)
         cell = (row * self._width + column).astype(np.int64)
-        seen = (self._visibility - 1) << 32 | pixel
-        sample = self._samples_of(cell, position, normal, seen)
+        sample = self._samples_of(cell, position, normal, triangle)
         self._new.append(pixel << 32 | sample)
         if sum(len(keys) for keys in self._new) > _COUNT_TOGETHER:
             self._count_together()
+
+    def add_none(self) -> None:
+        """Count one visibility sample that is no pixel's stray."""
+        self._visibility += 1
 
     def finish(self) -> PixelLists:
         """The lists of what was added so far."""
@@ -151,10 +154,9 @@ class ListBuilder:
             sample=sample[order],
             weight=(count[order] / max(self._visibility, 1)).astype(np.float32),
             cell=self._cell[extra].copy(),
-            seen_by=self._seen[extra] >> 32,
-            seen_at=self._seen[extra] & _LOW,
             position=self._position[extra].copy(),
             normal=self._normal[extra].copy(),
+            triangle=self._triangle[extra].copy(),
             visibility=self._visibility,
         )
 
@@ -169,7 +171,7 @@ class ListBuilder:
         cell: NDArray[np.int64],
         position: NDArray[np.float32],
         normal: NDArray[np.float32],
-        seen: NDArray[np.int64],
+        triangle: NDArray[np.float32],
     ) -> NDArray[np.int64]:
         """(N,) the sample of each hit, made where there was none."""
         sample = np.full(len(cell), -1, dtype=np.int64)
@@ -181,9 +183,10 @@ class ListBuilder:
             # The first hit of each cell makes a sample, and the others look again.
             _, first = np.unique(cell[todo], return_index=True)
             new = todo[first]
-            sample[new] = self._append(
-                cell[new], position[new], normal[new], seen[new], last[first]
-            )
+            sample[new] = self._append(cell[new], last[first])
+            self._position[sample[new]] = position[new]
+            self._normal[sample[new]] = normal[new]
+            self._triangle[sample[new]] = triangle[new]
             todo = np.delete(todo, first)
         return sample
 
@@ -214,14 +217,7 @@ class ListBuilder:
         found[full] = nearest[full]
         return found, last
 
-    def _append(
-        self,
-        cell: NDArray[np.int64],
-        position: NDArray[np.float32],
-        normal: NDArray[np.float32],
-        seen: NDArray[np.int64],
-        last: NDArray[np.int64],
-    ) -> NDArray[np.int64]:
+    def _append(self, cell: NDArray[np.int64], last: NDArray[np.int64]) -> NDArray[np.int64]:
         """Add samples behind the last ones of their cells; their numbers."""
         number = np.arange(self._count, self._count + len(cell))
         self._count += len(cell)
@@ -230,12 +226,9 @@ class ListBuilder:
             self._position = np.pad(self._position, ((0, more), (0, 0)))
             self._normal = np.pad(self._normal, ((0, more), (0, 0)))
             self._cell = np.pad(self._cell, (0, more))
-            self._seen = np.pad(self._seen, (0, more))
+            self._triangle = np.pad(self._triangle, ((0, more), (0, 0)))
             self._next = np.pad(self._next, (0, more), constant_values=-1)
-        self._position[number] = position
-        self._normal[number] = normal
         self._cell[number] = cell
-        self._seen[number] = seen
         self._next[last] = number
         self._crowd[cell] += 1
         return number

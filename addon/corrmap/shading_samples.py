@@ -32,6 +32,7 @@ from ..glsl.shader import (
 )
 from ..glsl.uniforms import Field, UniformBlock
 from .correspondence import CorrespondencePass, GatherPass
+from .geometry_buffer import GeometryBuffer
 from .pixel_lists import ListBuilder, PixelLists
 from .same_surface import SAME_SURFACE_DEFINES
 from .surface_buffer import SurfaceBuffer
@@ -45,8 +46,8 @@ GATHERED = 16
 # Numbers of samples and of list entries are kept in float32.
 _MOST = 1 << 24
 
-# A position and a normal.
-_BYTES_OF_PLACES = 32
+# A position, a normal and a triangle.
+_BYTES_OF_PLACES = 40
 
 # Texels in a row of what is uploaded as a plain row of values.
 _ROW = 4096
@@ -72,8 +73,13 @@ _PICK = PassShader(
         ("picked_pixel", "FLOAT_2D"),
         ("visible_position", "FLOAT_2D"),
         ("visible_normal", "FLOAT_2D"),
+        ("visible_triangle", "FLOAT_2D"),
     ),
-    outputs=(("VEC4", "picked_position"), ("VEC4", "picked_normal")),
+    outputs=(
+        ("VEC4", "picked_position"),
+        ("VEC4", "picked_normal"),
+        ("VEC2", "picked_triangle"),
+    ),
 )
 _HITS = PassShader(
     name="sample_hits",
@@ -81,8 +87,23 @@ _HITS = PassShader(
     library=("same_surface",),
     defines=SAME_SURFACE_DEFINES,
     blocks=(UniformBlock("hits", (Field("vec2", "offset"), Field("int", "height"))),),
-    samplers=(*_SAMPLE_SAMPLERS, ("sample_cell", "FLOAT_2D")),
-    outputs=(("VEC4", "surface_position"), ("VEC4", "surface_geometric_normal")),
+    samplers=(
+        *_SAMPLE_SAMPLERS,
+        ("sample_triangle", "FLOAT_2D"),
+        ("visible_triangle", "FLOAT_2D"),
+        ("sample_cell", "FLOAT_2D"),
+    ),
+    outputs=(
+        ("VEC4", "surface_position"),
+        ("VEC4", "surface_geometric_normal"),
+        ("VEC2", "surface_triangle"),
+    ),
+)
+_OBJECTS = PassShader(
+    name="sample_objects",
+    fragment="sample_objects",
+    samplers=(("surface_triangle", "FLOAT_2D"), ("triangle_ids", "FLOAT_2D")),
+    outputs=(("FLOAT", "surface_object"),),
 )
 _MEAN_BLOCK = UniformBlock("mean", (Field("float", "share"),))
 
@@ -110,19 +131,31 @@ class PixelListPass:
             offset: its place, pixels from the centres.
         """
         mask = texture_2d(own.position.width, own.position.height, "R8")
-        hit_textures = {"visible_position": hits.position, "visible_normal": hits.normal}
-        textures = {"sample_position": own.position, "sample_normal": own.normal, **hit_textures}
+        textures = _pair_textures(own, hits)
         self._stray.draw_fullscreen(framebuffer([mask]), textures, {})
         pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
         if not len(pixel):
-            builder.add(pixel, np.zeros((0, 4), np.float32), np.zeros((0, 3), np.float32), offset)
+            builder.add_none()
             return
         place = np.stack([pixel % mask.width, pixel // mask.width], axis=1)
         rows = _rows(place.astype(np.float32))
-        picked = [texture_2d(rows.width, rows.height) for _ in range(2)]
-        self._pick.draw_fullscreen(framebuffer(picked), {"picked_pixel": rows, **hit_textures}, {})
-        position, normal = (read_texture(t).reshape(-1, 4)[: len(pixel)] for t in picked)
-        builder.add(pixel, position, normal[:, :3], offset)
+        size = (rows.width, rows.height)
+        picked = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
+        self._pick.draw_fullscreen(
+            framebuffer(picked),
+            {
+                "picked_pixel": rows,
+                "visible_position": hits.position,
+                "visible_normal": hits.normal,
+                "visible_triangle": hits.triangles,
+            },
+            {},
+        )
+        position, normal, triangle = (
+            read_texture(t).reshape(-1, components)[: len(pixel)]
+            for t, components in zip(picked, (4, 4, 2), strict=True)
+        )
+        builder.add(pixel, position, normal[:, :3], triangle, offset)
 
 
 class PixelListTextures:
@@ -159,16 +192,18 @@ class ShadingSamples:
         offset: gives its place in the pixels.
         passes: find the texels, and read them.
         pages: the cache on the GPU.
+        geometry: whose triangles are seen.
         visibility: how many visibility samples the lists are made of.
         memory_budget: bytes of the GPU's memory for the places where samples are shaded.
     """
 
     def __init__(
         self,
-        visible: Callable[[int, bool], VisibleSurface],
+        visible: Callable[[int], VisibleSurface],
         offset: Callable[[int], tuple[float, float]],
         passes: tuple[CorrespondencePass, GatherPass],
         pages: TilePages,
+        geometry: GeometryBuffer,
         *,
         visibility: int,
         memory_budget: int,
@@ -177,6 +212,7 @@ class ShadingSamples:
         self._offset = offset
         self._correspondence, self._gather = passes
         self._pages = pages
+        self._geometry = geometry
         self._visibility = visibility
         self._memory_budget = memory_budget
         self._own: VisibleSurface | None = None
@@ -186,7 +222,7 @@ class ShadingSamples:
         self._sum: SurfaceBuffer | None = None
         self._gathered = 0
         self._mean: SurfaceBuffer | None = None
-        self._kept: dict[int, SurfaceBuffer] = {}
+        self._kept: dict[int, tuple[SurfaceBuffer, Texture]] = {}
 
     @property
     def lists(self) -> PixelListTextures | None:
@@ -204,14 +240,15 @@ class ShadingSamples:
         if self._mean is not None:
             return False
         if self._own is None or self._builder is None:
-            self._own = self._visible(0, False)
+            self._own = self._visible(0)
             normal = read_texture(self._own.normal)[..., :3]
             self._builder = ListBuilder(read_texture(self._own.position), normal)
-            self._builder.add(np.zeros(0, np.int64), *_NO_HITS, (0.0, 0.0))
+            # The centres hit their own samples.
+            self._builder.add_none()
         elif self._lists is None:
             k = self._builder.visibility
             if k < self._visibility:
-                hits = self._visible(k, False)
+                hits = self._visible(k)
                 self._pass.add(self._builder, self._own, hits, self._offset(k))
             else:
                 self._lists = PixelListTextures(self._builder.finish())
@@ -234,17 +271,19 @@ class ShadingSamples:
         """
         if self._mean is None:
             raise RuntimeError("the shading samples are not complete")
-        surface = self._kept.get(k)
-        if surface is None:
+        known = self._kept.get(k)
+        if known is None:
             hits = self._hits(k)
-            surface = replace(self._mean, position=hits.position, geometric_normal=hits.normal)
-            size = _BYTES_OF_PLACES * surface.width * surface.height
-            if size * (len(self._kept) + 1) < self._memory_budget:
-                self._kept[k] = surface
+            known = (
+                replace(self._mean, position=hits.position, geometric_normal=hits.normal),
+                hits.triangles,
+            )
+        surface, triangles = known
         if with_objects and surface.objects is None:
-            surface = replace(surface, objects=self._objects)
-            if k in self._kept:
-                self._kept[k] = surface
+            surface = replace(surface, objects=self._objects_of(triangles))
+        size = _BYTES_OF_PLACES * surface.width * surface.height
+        if k in self._kept or size * (len(self._kept) + 1) < self._memory_budget:
+            self._kept[k] = (surface, triangles)
         return surface
 
     # Inside -------------------------------------------------------------------------------
@@ -257,21 +296,15 @@ class ShadingSamples:
     def _hits_program(self) -> ShaderProgram:
         return _HITS.build()
 
-    @cached_property
-    def _objects(self) -> Texture:
-        """Of the atlas: found when it is first asked for, by looking again."""
-        if self._lists is None:
-            raise RuntimeError("the lists are not complete")
-        lists = self._lists.lists
-        picture = read_texture(_required(self._visible(0, True).objects))
-        number = len(lists.cell)
-        further = np.zeros((-(-number // lists.width) * lists.width, 1), dtype=np.float32)
-        for k in np.unique(lists.seen_by):
-            seen = np.flatnonzero(lists.seen_by == k)
-            objects = read_texture(_required(self._visible(int(k), True).objects))
-            further[seen] = objects.reshape(-1, 1)[lists.seen_at[seen]]
-        rows = further.reshape(-1, lists.width, 1)
-        return texture_from_array(np.concatenate([picture, rows]), "R32F")
+    def _objects_of(self, triangles: Texture) -> Texture:
+        """R32F, as `SurfaceBuffer.objects`."""
+        objects = texture_2d(triangles.width, triangles.height, "R32F")
+        _OBJECTS.build().draw_fullscreen(
+            framebuffer([objects]),
+            {"surface_triangle": triangles, "triangle_ids": self._geometry.table.ids},
+            {},
+        )
+        return objects
 
     @property
     def _gather_count(self) -> int:
@@ -286,33 +319,40 @@ class ShadingSamples:
         self._cells = texture_from_array(cells.reshape(-1, width, 2), "RG32F")
         if not rows:
             return own
-        textures = []
-        for texture, values in ((own.position, lists.position), (own.normal, lists.normal)):
-            picture = read_texture(texture)
-            further = np.zeros((rows * width, 4), dtype=np.float32)
+        whole = []
+        for texture, values, components in (
+            (own.position, lists.position, 4),
+            (own.normal, lists.normal, 4),
+            (own.triangles, lists.triangle, 2),
+        ):
+            further = np.zeros((rows * width, components), dtype=np.float32)
             further[:number, : values.shape[1]] = values
-            whole = np.concatenate([picture, further.reshape(rows, width, 4)])
-            textures.append(texture_from_array(whole, "RGBA32F"))
-        return replace(own, position=textures[0], normal=textures[1], objects=None)
+            picture = [read_texture(texture), further.reshape(rows, width, components)]
+            whole.append(
+                texture_from_array(
+                    np.concatenate(picture), "RGBA32F" if components == 4 else "RG32F"
+                )
+            )
+        return VisibleSurface(whole[0], whole[1], own.eye, whole[2])
 
     def _hits(self, k: int) -> VisibleSurface:
         """Where the atlas' samples are shaded for sample k."""
         if self._own is None or self._lists is None or self._cells is None:
             raise RuntimeError("the lists are not complete")
-        own, hits = self._own, self._visible(k, False)
-        targets = [texture_2d(own.position.width, own.position.height) for _ in range(2)]
+        own, hits = self._own, self._visible(k)
+        size = (own.position.width, own.position.height)
+        targets = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
         self._hits_program.draw_fullscreen(
             framebuffer(targets),
             {
-                "sample_position": own.position,
-                "sample_normal": own.normal,
-                "visible_position": hits.position,
-                "visible_normal": hits.normal,
+                **_pair_textures(own, hits),
+                "sample_triangle": own.triangles,
+                "visible_triangle": hits.triangles,
                 "sample_cell": self._cells,
             },
             {"hits": {"offset": self._offset(k), "height": self._lists.lists.height}},
         )
-        return replace(own, position=targets[0], normal=targets[1])
+        return VisibleSurface(targets[0], targets[1], own.eye, targets[2])
 
     def _gather_next(self) -> None:
         hits = self._hits(self._gathered)
@@ -331,9 +371,6 @@ class ShadingSamples:
         # The scores go with the normals.
         self._own = replace(self._own, normal=total.geometric_normal)
         self._mean, self._sum = mean, None
-
-
-_NO_HITS = np.zeros((0, 4), np.float32), np.zeros((0, 3), np.float32)
 
 
 class MeanPass:
@@ -370,10 +407,13 @@ class MeanPass:
         ).build()
 
 
-def _required(texture: Texture | None) -> Texture:
-    if texture is None:
-        raise RuntimeError("the objects were not drawn")
-    return texture
+def _pair_textures(own: VisibleSurface, hits: VisibleSurface) -> dict[str, Texture]:
+    return {
+        "sample_position": own.position,
+        "sample_normal": own.normal,
+        "visible_position": hits.position,
+        "visible_normal": hits.normal,
+    }
 
 
 def fits_lists(width: int, height: int) -> bool:

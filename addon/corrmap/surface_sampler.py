@@ -209,10 +209,11 @@ class SurfaceSampler:
             return False
         if self._shading is None:
             self._shading = ShadingSamples(
-                lambda k, with_objects: self._visible(k, view, with_objects),
+                lambda k: self._visible(k, view, False),
                 lambda k: _offset(view, k),
                 (self._correspondence_pass, self._gather_pass),
                 self._pages,
+                self.geometry_buffer,
                 visibility=visibility,
                 memory_budget=self._memory_budget,
             )

@@ -159,7 +159,9 @@ def test_a_crowded_cell_has_a_bounded_number_of_samples() -> None:
     builder = ListBuilder(position, normal)
     for k in range(count):
         hit = np.array([[0.0, 0.0, -2.0 - k, 1.0]], dtype=np.float32)
-        builder.add(np.zeros(1, dtype=np.int64), hit, normal[0], (0.0, 0.0))
+        builder.add(
+            np.zeros(1, dtype=np.int64), hit, normal[0], np.ones((1, 2), np.float32), (0.0, 0.0)
+        )
     lists = builder.finish()
     assert len(lists.cell) == MOST_IN_CELL - 1
     assert lists.count[0] == MOST_IN_CELL - 1
@@ -174,10 +176,12 @@ def test_several_hits_of_one_cell_share_new_samples() -> None:
     builder = ListBuilder(position, normal)
     hits = np.array([[0.0, 0, -2, 1], [0.1, 0, -2, 1], [0.0, 0, -2, 2]], dtype=np.float32)
     facing = np.tile(np.array([0.0, 0.0, 1.0], dtype=np.float32), (3, 1))
-    builder.add(np.arange(3), hits, facing, (-9.0, 0.0))
+    triangle = np.array([[1, 5], [1, 5], [1, 6]], dtype=np.float32)
+    builder.add(np.arange(3), hits, facing, triangle, (-9.0, 0.0))
     lists = builder.finish()
     assert lists.cell.tolist() == [0, 0]
     assert lists.sample.tolist() == [3, 3, 4]
+    assert lists.triangle.tolist() == [[1, 5], [1, 6]]
 
 
 def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
@@ -196,12 +200,15 @@ def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
     along -= np.sum(along * n, axis=-1, keepdims=True) * n * (1.0 - 0.3 * rng.random((*size, 1)))
     q = np.concatenate([p[..., :3] + 1e-2 * along, p[..., 3:]], axis=-1)
     q[::4, :, 3] = rng.integers(0, 3, (16, 64))
-    p, n, q, m = (each.astype(np.float32) for each in (p, n, q, m))
+    place, facing, other, turned = (each.astype(np.float32) for each in (p, n, q, m))
 
     def upload(place: NDArray[np.float32], facing: NDArray[np.float32]) -> VisibleSurface:
         wide = np.concatenate([facing, np.zeros((*size, 1), np.float32)], axis=-1)
         return VisibleSurface(
-            texture_from_array(place, "RGBA32F"), texture_from_array(wide, "RGBA32F"), np.zeros(4)
+            texture_from_array(place, "RGBA32F"),
+            texture_from_array(wide, "RGBA32F"),
+            np.zeros(4),
+            texture_from_array(np.zeros((*size, 2), np.float32), "RG32F"),
         )
 
     class Kept:
@@ -211,16 +218,14 @@ def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
             self.pixel = pixel
 
     kept: Any = Kept()
-    PixelListPass().add(kept, upload(p, n), upload(q, m), (0.0, 0.0))
+    PixelListPass().add(kept, upload(place, facing), upload(other, turned), (0.0, 0.0))
     stray = np.zeros(size, dtype=bool)
     stray.ravel()[kept.pixel] = True
-    want = same_surface(p.astype(np.float64), n.astype(np.float64), q.astype(np.float64), m)
+    p, n, q, m = (each.astype(np.float64) for each in (place, facing, other, turned))
+    want = same_surface(p, n, q, m)
     assert 0.2 < want.mean() < 0.8
     # Of 4096 pairs, those within float32 of a bound may fall on either side.
     assert np.mean(stray == want) <= 1e-3
-    single = [
-        twin.same_surface(*(each[0, i].astype(np.float64) for each in (p, n, q, m)))
-        for i in range(64)
-    ]
+    single = [twin.same_surface(*(each[0, i] for each in (p, n, q, m))) for i in range(64)]
     assert single == want[0].tolist()
     assert twin.MOST_BEND == MOST_BEND

@@ -84,8 +84,8 @@ def test_only_what_depends_is_redone(
     assert session._drawing.shadow_bytes == maps
     # The surfaces were not read from the cache again: they only learned which objects they are.
     kept = session._sampler._shading._kept
-    assert all(kept[k].values is surfaces[k].values for k in surfaces)
-    assert all(kept[k].objects is not None for k in kept)
+    assert all(kept[k][0].values is surfaces[k][0].values for k in surfaces)
+    assert all(kept[k][0].objects is not None for k in kept)
 
 
 def test_a_scene_without_links_has_no_objects(

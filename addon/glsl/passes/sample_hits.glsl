@@ -10,12 +10,14 @@ void main()
   }
   surface_position = texelFetch(sample_position, texel, 0);
   surface_geometric_normal = texelFetch(sample_normal, texel, 0);
+  surface_triangle = texelFetch(sample_triangle, texel, 0).xy;
   vec4 p = texelFetch(visible_position, cell, 0);
   vec3 n = texelFetch(visible_normal, cell, 0).xyz;
   vec2 film = vec2(cell) + vec2(0.5);
   if (same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
     surface_position = p;
     surface_geometric_normal.xyz = n;
+    surface_triangle = texelFetch(visible_triangle, cell, 0).xy;
     film += hits.offset;
   }
   if (surface_position.w == 0.0) {

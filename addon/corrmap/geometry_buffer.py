@@ -15,6 +15,7 @@ from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
 from ..glsl.triangles import depth_tested, triangle_batch
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.geometry import Cutout, SceneGeometry
+from .pose_table import POSE_SAMPLERS
 from .triangle_table import TABLE_SAMPLERS, TriangleTable
 
 # Who looks at the triangles: a camera, or a light that casts shadows.
@@ -36,6 +37,7 @@ class RasterProgram:
     opaque: ShaderProgram
     cutout: ShaderProgram | None
     reads_planes: bool = False
+    has_poses: bool = False
 
 
 def build_raster_program(
@@ -44,12 +46,14 @@ def build_raster_program(
     *,
     numbers_triangles: bool = False,
     reads_planes: bool = False,
+    has_poses: bool = False,
 ) -> RasterProgram:
     """Complete a pass's description with the geometry's vertex stage, and compile it.
 
     The fragment shader finds `local_position` (vec3), and calls `cut_away()` first, which
     discards the fragment where the material's mask says so. If it `numbers_triangles`, it also
-    finds `surface_triangle` (int), and if it `reads_planes`, `surface_plane()`.
+    finds `surface_triangle` (int), and if it `reads_planes`, `surface_plane()`. One that
+    `has_poses`, and `numbers_triangles`, draws objects where a table of poses has them.
     """
     plain = replace(
         description,
@@ -71,6 +75,15 @@ def build_raster_program(
             library=("triangle_table", *plain.library),
             samplers=(TABLE_SAMPLERS[0], *plain.samplers),
         )
+    if has_poses:
+        plain = replace(
+            plain,
+            name=f"{plain.name}_posed",
+            library=("pose_table", *plain.library),
+            vertex_library=("pose_table",),
+            samplers=(TABLE_SAMPLERS[1], *POSE_SAMPLERS, *plain.samplers),
+            defines=(*plain.defines, ("HAS_POSES", "1")),
+        )
     masked = replace(
         plain,
         name=f"{plain.name}_cutout",
@@ -80,7 +93,9 @@ def build_raster_program(
         samplers=(*plain.samplers, ("cutout_alpha", "FLOAT_2D")),
         defines=(*plain.defines, ("HAS_CUTOUT", "1")),
     )
-    return RasterProgram(plain.build(), masked.build() if with_cutouts else None, reads_planes)
+    return RasterProgram(
+        plain.build(), masked.build() if with_cutouts else None, reads_planes, has_poses
+    )
 
 
 @dataclass(frozen=True)
@@ -199,6 +214,8 @@ class GeometryBuffer:
         textures = dict(textures or {})
         if program.reads_planes:
             textures[TABLE_SAMPLERS[0][0]] = self.table.plane
+        if program.has_poses:
+            textures[TABLE_SAMPLERS[1][0]] = self.table.ids
         uniforms = dict(uniforms or {})
         with depth_tested():
             for group in self._groups:

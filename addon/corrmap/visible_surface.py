@@ -16,6 +16,7 @@ from ..glsl.shader import PassShader, Texture, framebuffer, read_texture, textur
 from ..scene.view import View
 from .geometry_buffer import GeometryBuffer, build_raster_program
 from .pixel_rays import RAY_BLOCK, clip_range, pixel_rays
+from .pose_table import POSE_SAMPLERS, upload_poses
 from .triangle_table import TABLE_SAMPLERS, TABLE_WIDTH
 
 # First which triangle each pixel sees, then its surface: what lies hidden costs no more than a
@@ -97,8 +98,13 @@ class VisibleSurfacePass:
         offset: tuple[float, float] = (0.0, 0.0),
         *,
         with_objects: bool = False,
+        moved: NDArray[np.float64] | None = None,
     ) -> VisibleSurface:
-        """The surfaces at the pixels' centres, moved by `offset` pixels (x, y)."""
+        """The surfaces at the pixels' centres, moved by `offset` pixels (x, y).
+
+        With `moved`, (O, 4, 4) world space, the view sees each object's points there, and what
+        comes out is where the geometry has them, and which way they face there.
+        """
         width, height, geometry = view.width, view.height, self._geometry
         triangles = texture_2d(width, height, "RG32F")
         depth = texture_2d(width, height, "DEPTH_COMPONENT32F")
@@ -109,23 +115,32 @@ class VisibleSurfacePass:
             geometry.has_cutouts,
             numbers_triangles=True,
             reads_planes=exact,
+            has_poses=moved is not None,
         )
+        poses = {} if moved is None else {"pose_table": upload_poses(moved, geometry.origin)}
         rays = {"ray": pixel_rays(view, geometry.origin, geometry.bounds, offset)}
         with target.bind():
             target.clear(color=(0.0, 0.0, 0.0, 0.0), depth=1.0)
             matrix = clip_from_local(view, geometry.origin, offset)
-            geometry.draw(program, matrix, "camera", uniforms=rays)
+            geometry.draw(program, matrix, "camera", poses, rays)
         position, normal = texture_2d(width, height), texture_2d(width, height)
         objects = texture_2d(width, height, "R32F") if with_objects else None
-        resolve = (_PASS_WITH_OBJECTS if with_objects else _PASS).build()
+        resolve = _PASS_WITH_OBJECTS if with_objects else _PASS
+        if moved is not None:
+            resolve = _with_poses(resolve)
         tables = geometry.table.textures()
-        resolve.draw_fullscreen(
+        resolve.build().draw_fullscreen(
             framebuffer([position, normal] if objects is None else [position, normal, objects]),
-            {"visible_triangle": triangles, "visible_depth": depth, **tables},
+            {"visible_triangle": triangles, "visible_depth": depth, **tables, **poses},
             rays,
         )
         eye = local_eye(view, geometry.origin)
         return VisibleSurface(position, normal, eye, triangles, objects)
+
+    @property
+    def origin(self) -> NDArray[np.float64]:
+        """(3,) world space: where local space has its origin."""
+        return self._geometry.origin
 
     def _needs_exact_depth(self, view: View) -> bool:
         """Whether interpolated depths are too coarse, see `_FARTHEST_INTERPOLATED`."""
@@ -134,6 +149,17 @@ class VisibleSurfacePass:
         farthest = np.abs(self._geometry.bounds - view.origin).max(axis=0)
         near, _ = clip_range(view)
         return bool(np.linalg.norm(farthest) > _FARTHEST_INTERPOLATED * near)
+
+
+def _with_poses(description: PassShader) -> PassShader:
+    """The pass for objects that are elsewhere than the geometry has them."""
+    return replace(
+        description,
+        name=f"{description.name}_posed",
+        library=("pose_table", *description.library),
+        samplers=(*POSE_SAMPLERS, *description.samplers),
+        defines=(*description.defines, ("HAS_POSES", "1")),
+    )
 
 
 def local_eye(view: View, origin: NDArray[np.float64]) -> NDArray[np.float64]:

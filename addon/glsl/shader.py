@@ -53,6 +53,7 @@ class PassShader:
         name: for messages, and the prefix of its interface.
         fragment, vertex: files under addon/glsl/passes/, without the suffix.
         library: files under addon/glsl/lib/, in order of dependence.
+        vertex_library: likewise, those that the vertex stage needs.
         blocks: uniform blocks, bound in this order.
         samplers: name -> type, bound in this order.
         vertex_in: (GLSL type, name), in order.
@@ -68,6 +69,7 @@ class PassShader:
     outputs: tuple[tuple[GlslType, str], ...]
     vertex: str = "fullscreen_vert"
     library: tuple[str, ...] = ()
+    vertex_library: tuple[str, ...] = ()
     blocks: tuple[UniformBlock, ...] = ()
     samplers: Samplers = ()
     vertex_in: tuple[tuple[GlslType, str], ...] = (("VEC2", "corner"),)
@@ -157,7 +159,9 @@ class ShaderProgram:
         if description.writes_depth:
             info.depth_write("ANY")
         library = "\n".join(source(f"lib/{name}.glsl") for name in description.library)
-        info.vertex_source(source(f"passes/{description.vertex}.glsl"))
+        vertex = [f"lib/{name}.glsl" for name in description.vertex_library]
+        vertex.append(f"passes/{description.vertex}.glsl")
+        info.vertex_source("\n".join(source(path) for path in vertex))
         info.fragment_source(
             "\n".join(
                 [library, description.generated, source(f"passes/{description.fragment}.glsl")]

@@ -10,6 +10,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .lens import Lens
+
 FilterKind = Literal["BOX", "GAUSSIAN", "BLACKMAN_HARRIS"]
 
 
@@ -33,6 +35,7 @@ class View:
         perspective: False for an orthographic camera.
         pixel_filter: how samples make a pixel.
         name: the camera object's name, or "" for a viewport.
+        lens: the opening that blurs what is out of focus; None for a pinhole.
     """
 
     world_from_camera: NDArray[np.float64]
@@ -42,6 +45,7 @@ class View:
     perspective: bool = True
     pixel_filter: PixelFilter = PixelFilter()
     name: str = ""
+    lens: Lens | None = None
 
     @cached_property
     def origin(self) -> NDArray[np.float64]:

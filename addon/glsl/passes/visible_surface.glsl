@@ -19,9 +19,18 @@ void main()
   vec3 o = ray_origin(gl_FragCoord.xy);
   vec3 d = ray_direction(gl_FragCoord.xy);
   float rasterized = (texelFetch(visible_depth, pixel, 0).r - ray.clip.y) / ray.clip.x;
-  float depth = plane_depth(o, d, plane, rasterized);
-  visible_position = vec4(o + depth * d, ids.x);
-  visible_normal = vec4(dot(plane.xyz, d) > 0.0 ? -plane.xyz : plane.xyz, 0.0);
+#ifdef HAS_POSES
+  /* Seen where it is at the time, told where the geometry has it: there it is shaded. */
+  int object = int(ids.y) - 1;
+  vec4 moved = moved_plane(object, plane);
+  vec3 place = reference_point(object, o + plane_depth(o, d, moved, rasterized) * d);
+  float away = dot(moved.xyz, d);
+#else
+  vec3 place = o + plane_depth(o, d, plane, rasterized) * d;
+  float away = dot(plane.xyz, d);
+#endif
+  visible_position = vec4(place, ids.x);
+  visible_normal = vec4(away > 0.0 ? -plane.xyz : plane.xyz, 0.0);
 #ifdef HAS_OBJECT_ID
   visible_object = ids.y;
 #endif

@@ -6,7 +6,11 @@ void main()
 #ifdef EXACT_DEPTH
   vec3 o = ray_origin(gl_FragCoord.xy);
   vec3 d = ray_direction(gl_FragCoord.xy);
-  float depth = plane_depth(o, d, surface_plane(), dot(ray.axis.xyz, local_position - o));
+  vec4 plane = surface_plane();
+#  ifdef HAS_POSES
+  plane = moved_plane(int(surface_ids().y) - 1, plane);
+#  endif
+  float depth = plane_depth(o, d, plane, dot(ray.axis.xyz, local_position - o));
 #else
   float depth = dot(ray.axis.xyz, local_position) + ray.clip.w;
 #endif

@@ -57,7 +57,7 @@ def pixel_rays(
         # A share of the far distance: as a float it has its precision at any distance.
         clip = [1.0 / far, 0.0, 0.0]
     else:
-        place = place + ((view.origin - place) @ axis)[:, None] * axis - origin
+        place = place + ((view.origin - place) @ axis)[:, None] * direction - origin
         # A viewport may see from a million metres behind to a million before it: what depths
         # there are lie together.
         middle, half = 0.5 * bounds.sum(axis=0), 0.5 * (bounds[1] - bounds[0])

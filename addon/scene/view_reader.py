@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InputError
 from .caching_collection_reader import shot_cameras
+from .lens import Lens
 from .view import FilterKind, PixelFilter, View
 
 
@@ -65,6 +66,7 @@ def read_view(
         perspective=evaluated.data.type == "PERSP",
         pixel_filter=read_pixel_filter(scene),
         name=camera.name,
+        lens=_read_lens(depsgraph, evaluated),
     )
 
 
@@ -87,6 +89,34 @@ def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
         height=region.height,
         perspective=bool(region_data.is_perspective),
         pixel_filter=read_pixel_filter(scene),
+    )
+
+
+def _read_lens(depsgraph: Any, camera: Any) -> Lens | None:
+    """The opening of an evaluated camera's lens, as Cycles takes it; None for a pinhole."""
+    data = camera.data
+    if not data.dof.use_dof:
+        return None
+    # The opening is the focal length (a parallel projection: a metre) over the f-stop, across.
+    length = data.lens * 1e-3 if data.type == "PERSP" else 1.0
+    distance = float(data.dof.focus_distance)
+    focus = data.dof.focus_object
+    if focus is not None:
+        matrix = focus.evaluated_get(depsgraph).matrix_world
+        bone = data.dof.focus_subtarget
+        if bone and focus.pose is not None and bone in focus.pose.bones:
+            matrix = matrix @ focus.evaluated_get(depsgraph).pose.bones[bone].matrix
+        away = np.array(matrix)[:3, 3] - np.array(camera.matrix_world)[:3, 3]
+        axis = np.array(camera.matrix_world)[:3, 2]
+        distance = float(np.abs(away @ axis) / np.linalg.norm(axis))
+    if distance <= 0.0:
+        return None
+    return Lens(
+        radius=length / (2.0 * max(data.dof.aperture_fstop, 1e-5)),
+        focus_distance=distance,
+        blades=data.dof.aperture_blades,
+        rotation=data.dof.aperture_rotation,
+        ratio=max(data.dof.aperture_ratio, 1e-5),
     )
 
 

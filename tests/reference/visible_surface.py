@@ -43,7 +43,7 @@ def cast_rays(
     cosine = direction @ axis
     if not view.perspective:
         # Clip distances count from the camera, rays begin on its near plane.
-        origin = origin + ((view.origin - origin) @ axis)[:, None] * axis
+        origin = origin + (((view.origin - origin) @ axis) / cosine)[:, None] * direction
     corners = geometry.vertices[geometry.triangles]
     count = len(xy)
     triangle, depth = np.full(count, -1), np.full(count, np.inf)

@@ -21,6 +21,9 @@ BUSY_S = 0.05
 # A view that has stood still for so long, in seconds, gets all its pixels. Less is the pause
 # between two turns of a mouse wheel.
 SETTLE_S = 0.2
+# Where the full picture is expected to take longer than this, seconds, pictures of half of its
+# resolution, of half of that, and so on come before it; they take a third of its time together.
+STEP_S = 0.25
 # The first picture of a moving view may take this long, however small its budget; then what
 # there is of it is shown, in seconds.
 PATIENCE_S = 0.25
@@ -153,7 +156,17 @@ class ProgressivePicture:
             pixels = view.width * view.height
             self._divisor = self._budget.choose(budget_s, pixels) if self._moving else 1
         elif self._moving and (now - self._changed_at >= SETTLE_S or budget_s <= 0.0):
-            self._moving, self._divisor = False, 1
+            self._moving = False
+            self._divisor = self._finer()
+        elif not self._moving and 0.0 < self._shown <= self._divisor:
+            self._divisor = self._finer()
+
+    def _finer(self) -> int:
+        """The next step on the way to full resolution: so that a move interrupts it soon."""
+        full = self._budget.expected(1)
+        if full is None or full <= STEP_S:
+            return 1
+        return max(1, self._divisor // 2)
 
     def _draw_moving(self, session: Session, view: View) -> bool:
         """Until there is a whole picture, and then a sample at a time; whether more are wanted."""
@@ -168,11 +181,12 @@ class ProgressivePicture:
 
     def _draw_still(self, session: Session, view: View, start: float) -> bool:
         """Samples for a moment; whether more are wanted."""
-        session.set_view(view)
+        session.set_view(smaller(view, self._divisor))
         unfinished = True
         while unfinished and self._clock() - start < BUSY_S:
             unfinished = session.step(announce=True)
-            if session.compiling:
+            # Of a smaller picture one sample is enough.
+            if session.compiling or (self._divisor > 1 and session.shown_stride == 1):
                 break
         return unfinished
 

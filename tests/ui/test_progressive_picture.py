@@ -120,8 +120,8 @@ def test_a_moving_view_keeps_to_the_budget_and_then_gets_full_and_finished(clock
     while picture.refine(session, _view(0.12), BUDGET_S):
         shown.append(picture.texture[0])  # type: ignore[index]
         assert not picture.is_moving
-    # The small picture stays until the full one is whole.
-    assert set(shown) <= {small, 640}
+    # The small picture stays until a finer one is whole.
+    assert set(shown) <= {small, 320, 640}
     assert shown == sorted(shown)
     assert picture.texture == (640, (SAMPLES, SAMPLES), pytest.approx(0.12))
     times = picture.times
@@ -131,6 +131,27 @@ def test_a_moving_view_keeps_to_the_budget_and_then_gets_full_and_finished(clock
     assert times.first <= BUDGET_S
     assert times.divisor == 640 // small
     assert times.first < times.full < times.last
+
+
+def test_a_slow_view_comes_in_steps_each_finer_than_the_one_before(clock: Clock) -> None:
+    session, picture = Slow(clock, 0.8, 640 * 480), ProgressivePicture(clock)
+    _still(picture, session, _view(), BUDGET_S)
+    for number in range(12):
+        picture.refine(session, _view(0.1 * number), BUDGET_S)
+    clock.now += SETTLE_S
+    session.sizes.clear()
+    longest, shown, unfinished = 0.0, [], True
+    while unfinished:
+        before = clock.now
+        unfinished = picture.refine(session, _view(1.1), BUDGET_S)
+        longest = max(longest, clock.now - before)
+        shown.append(picture.texture[0])  # type: ignore[index]
+    assert session.sizes == [160, 320, 640]
+    assert [n for n, last in zip(shown, [0, *shown], strict=False) if n != last][-3:] == [
+        160, 320, 640
+    ]  # fmt: skip
+    # Never more than what was begun when the time was up: one sample of the full picture.
+    assert longest <= BUSY_S + 0.8
 
 
 def test_a_move_interrupts_the_full_picture_after_one_sample(clock: Clock) -> None:

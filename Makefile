@@ -6,6 +6,7 @@
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
 # make bench-placement-quality SCENES="A.blend B.blend"   what cameras see, beside baselines
 # make bench-relight   a light edit beside Cycles and EEVEE, and what lights and triangles cost
+# make bench-corrmap   a camera move beside EEVEE and Cycles, by cameras and triangles; BENCH_ARGS=--quick
 # make accuracy    every kind of light on every lobe beside Cycles: docs/accuracy.md (an hour or two),
 #                  and make scene-accuracy
 # make scene-accuracy SCENES="A.blend B.blend"   whole scenes beside Cycles, in views that placement
@@ -54,6 +55,9 @@ bench-relight: $(READY) machine
 
 bench-flight: $(READY) machine
 	$(RUN) -m benchmarks.flight $(SCENES) $(BENCH_ARGS)
+
+bench-corrmap: $(READY) machine
+	$(RUN) -m benchmarks.corrmap $(BENCH_ARGS)
 
 write-back: $(READY) machine
 	$(RUN) -m benchmarks.write_back $(BENCH_ARGS)

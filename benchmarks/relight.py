@@ -85,7 +85,7 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _step(module: str, *words: object) -> dict[str, Any]:
+def run_step(module: str, *words: object) -> dict[str, Any]:
     """One step in a process of its own; its report."""
     print(f"{module} {words[0]} …", file=sys.stderr, flush=True)
     command = [sys.executable, "-m", f"benchmarks.{module}", *map(str, words)]
@@ -99,16 +99,16 @@ def _step(module: str, *words: object) -> dict[str, Any]:
 def _placed(at: Path) -> None:
     """Caching cameras for all the scenes: the heads stand in the same places."""
     small = at / "placed.blend"
-    _step("relight_run", "scene", 14_000, 4, small)
-    _step("caching_run", "place", small, "draft", at / "cameras.json")
+    run_step("relight_run", "scene", 14_000, 4, small)
+    run_step("caching_run", "place", small, "draft", at / "cameras.json")
 
 
 def _baked(at: Path, triangles: int, lights: int) -> tuple[Path, Path]:
     """A scene and its cache."""
     scene, cache = at / f"{triangles}-{lights}.blend", at / f"{triangles}-{lights}.relume"
     if not scene.exists():
-        _step("relight_run", "scene", triangles, lights, scene)
-        _step("caching_run", "bake", scene, "draft", at / "cameras.json", cache)
+        run_step("relight_run", "scene", triangles, lights, scene)
+        run_step("caching_run", "bake", scene, "draft", at / "cameras.json", cache)
     return scene, cache
 
 
@@ -117,13 +117,13 @@ def _edit(args: argparse.Namespace, at: Path) -> dict[str, Any]:
     pictures = at / "pictures"
     pictures.mkdir()
     relume = {
-        kind: _step("relight_run", "edits", scene, cache, args.size, args.runs, kind, pictures)
+        kind: run_step("relight_run", "edits", scene, cache, args.size, args.runs, kind, pictures)
         for kind in args.shadows
     }
-    cycles = _step("relight_run", "cycles", scene, args.size, args.cycles_samples, pictures)
-    eevee = _step("relight_run", "eevee", scene, args.size, "1,16")
-    _step("relight_run", "truth", scene, args.size, args.reference_samples, pictures)
-    errors = _step("relight_run", "errors", pictures)
+    cycles = run_step("relight_run", "cycles", scene, args.size, args.cycles_samples, pictures)
+    eevee = run_step("relight_run", "eevee", scene, args.size, "1,16")
+    run_step("relight_run", "truth", scene, args.size, args.reference_samples, pictures)
+    errors = run_step("relight_run", "errors", pictures)
     return {
         "relume": relume,
         "cycles": cycles["seconds"],
@@ -139,7 +139,7 @@ def _costs(args: argparse.Namespace, at: Path, triangles: int, lights: int) -> d
     scene, cache = _baked(at, triangles, lights)
     runs = max(args.runs // 2, 5)
     return {
-        kind: _step("relight_run", "edits", scene, cache, args.size, runs, kind, at)
+        kind: run_step("relight_run", "edits", scene, cache, args.size, runs, kind, at)
         for kind in args.shadows
     }
 

@@ -24,6 +24,8 @@ from .reference import Reference, render_reference
 if TYPE_CHECKING:
     from addon.relight.session import RelightSession
 
+    from .filling import Filling
+
 # The reference's noise must be this much lower than the error that it measures.
 NOISE_MARGIN_DB = 6.0
 # More than a reference's seeds: two for each group of lights and two without lights.
@@ -164,9 +166,13 @@ def _db(value: float | None) -> str:
     return "no error" if np.isinf(value) else f"{value:.1f} dB"
 
 
-def relight_view(session: RelightSession, shot: Shot, progress: Progress) -> EvaluatedView:
-    """Relight one view with the session's present lights."""
+def relight_view(
+    session: RelightSession, shot: Shot, progress: Progress, filling: Filling | None = None
+) -> EvaluatedView:
+    """Relight one view with the present lights, and its holes filled by `filling`."""
     view = shot.view
+    if filling is not None:
+        filling.fill(view, progress)
     started = time.monotonic()
     session.set_view(view)
     picture = session.render(progress)

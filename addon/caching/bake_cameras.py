@@ -58,6 +58,7 @@ class CamerasBake:
         plan: of its materials.
         materials: what `plan` numbers.
         ambient_rays: rays of ambient occlusion from each texel; 0 for none.
+        tells_what_is_seen: whether it is found out what the pictures show; takes its time.
     """
 
     scene: Any
@@ -65,6 +66,7 @@ class CamerasBake:
     plan: ChannelPlan
     materials: Sequence[SpecializedMaterial]
     ambient_rays: int
+    tells_what_is_seen: bool = True
 
     def run(
         self, cameras: Sequence[CachingCamera], keep: Keep, baked: Baked, progress: Progress
@@ -94,7 +96,7 @@ class CamerasBake:
                 started = time.monotonic()
                 framebuffer = bake_camera(stage, camera, plan, self.materials, occlusion)
                 rendered = time.monotonic()
-                seen = sight.seen(framebuffer, plan)
+                seen = sight.seen(framebuffer, plan) if self.tells_what_is_seen else Seen()
                 told = time.monotonic()
                 baked.add(framebuffer, keep(framebuffer, seen))
                 written = time.monotonic()

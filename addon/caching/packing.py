@@ -167,30 +167,36 @@ class Packing:
             return np.sqrt(np.maximum(share, 0.0))
         return values
 
-    def glsl(self, scale_row: Mapping[str, tuple[int, int]]) -> str:
-        """The struct CachedSurface, and the functions that read, blend and scale it.
+    def glsl(self, scale_row: Mapping[str, tuple[int, int]], *, shifts: bool = False) -> str:
+        """The struct CachedSurface, and the functions that read, blend and clear it.
 
         `read_cached(ivec3 texel)` reads all of a texel, `read_identity` only what tells whose
         surface it is. Fields that are not stored are not in the struct, but for material_id.
 
         Args:
             scale_row: for each name in `scaled`, row and component of the material table.
+            shifts: whether `scale_shift`, an int that the caller sets, is added to these rows.
         """
+        shift = " + scale_shift" if shifts else ""
+        rows = {name: (f"{row}{shift}", slot) for name, (row, slot) in scale_row.items()}
         fields = [CHANNEL_BY_NAME[name] for name in self.stored if name != "material_id"]
-        lines = [OCTAHEDRAL_GLSL, "struct CachedSurface {", "  float material_id;"]
+        lines = ["int scale_shift = 0;"] if shifts else []
+        lines += [OCTAHEDRAL_GLSL, "struct CachedSurface {", "  float material_id;"]
         lines += [f"  {self.glsl_type(c)} {c.name};" for c in fields]
         lines += ["};", ""]
-        lines += self._reader("read_cached", fields, scale_row)
+        lines += self._reader("read_cached", fields, rows)
         identity = [c for c in fields if c.name == "normal"]
-        lines += self._reader("read_identity", identity, scale_row)
+        lines += self._reader("read_identity", identity, rows)
         lines += ["void add_surface(inout CachedSurface sum, CachedSurface s, float weight)", "{"]
         lines += [f"  sum.{c.name} += weight * s.{c.name};" for c in fields]
         lines += ["}", "", "void clear_surface(out CachedSurface s)", "{", "  s.material_id = 0.0;"]
         lines += [f"  s.{c.name} = {self.glsl_type(c)}(0.0);" for c in fields]
+        lines += ["}", "", "void forget_directions(inout CachedSurface s)", "{"]
+        lines += [f"  s.{c.name} = vec3(0.0);" for c in fields if c.is_direction]
         return "\n".join([*lines, "}", ""])
 
     def _reader(
-        self, function: str, fields: list[Channel], scale_row: Mapping[str, tuple[int, int]]
+        self, function: str, fields: list[Channel], scale_row: Mapping[str, tuple[str, int]]
     ) -> list[str]:
         names = {channel.name for channel in fields} | {"material_id"}
         place = {
@@ -220,7 +226,7 @@ class Packing:
         return f"floor({part} * {_LARGEST_CODE[self._kind('material_id')]}.0 + 0.5)"
 
     def _unpacked(
-        self, channel: Channel, parts: list[str], scale_row: Mapping[str, tuple[int, int]]
+        self, channel: Channel, parts: list[str], scale_row: Mapping[str, tuple[str, int]]
     ) -> str:
         together = f"vec{len(parts)}({', '.join(parts)})" if len(parts) > 1 else parts[0]
         if channel.is_direction:

@@ -114,6 +114,11 @@ class Manifest:
         mine, theirs = self._begun(), other._begun()
         return mine == theirs
 
+    def has_grown_from(self, other: Manifest) -> bool:
+        """Whether it is a state of the same bake after cameras were added to it."""
+        first = replace(self, cameras=self.cameras[: len(other.cameras)])
+        return len(self.cameras) > len(other.cameras) and first.continues(other)
+
     def _begun(self) -> tuple[Any, ...]:
         cameras = [camera.to_json() for camera in self.cameras]
         return self.fingerprint, dict(self.settings), self.plan.to_json(), cameras
@@ -349,6 +354,10 @@ class CacheStore:
             return self.folder / self._places[number]
         return _path(self._camera_stem(number), self.manifest.finished[number])
 
+    def picture_path(self, number: int, record: FileRecord, frame: int | None = None) -> Path:
+        """Where a picture of a camera belongs, of the first frame or of another one."""
+        return _path(self._camera_stem(number, frame), record)
+
     @property
     def world_path(self) -> Path | None:
         """The file of the world's picture, if there is one."""
@@ -454,7 +463,7 @@ class CacheStore:
         """
         with write_errors(self.folder, _ELSEWHERE), locked(self.folder):
             now = CacheStore.open(self.folder).manifest
-            if not now.continues(self.manifest):
+            if not (now.continues(self.manifest) or now.has_grown_from(self.manifest)):
                 raise InputError(
                     f"another bake took the place of this one in {self.folder}; choose another "
                     "folder for one of them"

@@ -23,6 +23,7 @@ from ..glsl.shader import (
     texture_from_array,
 )
 from ..glsl.triangles import triangle_batch
+from ..glsl.uniforms import Field, UniformBlock
 from .tile_layout import BLOCK, PageShape
 
 _PASS = PassShader(
@@ -33,6 +34,14 @@ _PASS = PassShader(
     vertex_in=(("VEC2", "corner"), ("VEC2", "apart")),
     varyings=(Varying("flat", "VEC2", "staged_from"),),
     outputs=(("VEC4", "placed"),),
+)
+
+_COPY = PassShader(
+    name="copy_page",
+    fragment="copy_page",
+    blocks=(UniformBlock("page", (Field("int", "number"),)),),
+    samplers=(("pages", "FLOAT_2D_ARRAY"),),
+    outputs=(("VEC4", "copied"),),
 )
 
 # Blocks staged at once: 16 MiB of the widest texels, as float32 on both sides.
@@ -61,6 +70,21 @@ class BlockPages:
         self.textures: tuple[Texture, ...] = tuple(
             texture_array(shape.side, shape.count, texel_format) for texel_format in formats
         )
+
+    def grown(self, shape: PageShape) -> BlockPages:
+        """The same blocks in the same places, in more pages of the same side.
+
+        Raises:
+            InputError: the GPU has no room for them.
+        """
+        more = BlockPages(shape, self._formats)
+        program = _COPY.build()
+        for source, target in zip(self.textures, more.textures, strict=True):
+            for page in range(self.shape.count):
+                program.draw_fullscreen(
+                    layer_framebuffer(target, page), {"pages": source}, {"page": {"number": page}}
+                )
+        return more
 
     def write(self, places: NDArray[np.int64], blocks: Sequence[NDArray[np.float32]]) -> None:
         """Write blocks.

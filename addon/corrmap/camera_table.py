@@ -18,11 +18,14 @@ CAMERA_SAMPLERS: Samplers = (("camera_table", "FLOAT_2D"),)
 
 
 def camera_rows(
-    cameras: Sequence[CachingCamera], numbers: BlockNumbers, origin: NDArray[np.float64]
+    cameras: Sequence[CachingCamera],
+    numbers: BlockNumbers,
+    origin: NDArray[np.float64],
+    scale_shifts: NDArray[np.int64] | int = 0,
 ) -> NDArray[np.float32]:
     """(N, 5, 4) float32, a row for each camera in the space whose origin is `origin` (3,): its
     unit axes right, up and forward; its place with tan(fov / 2); and its picture: first block,
-    blocks along a side, 0, texels along a side."""
+    blocks along a side, the shift (N,) of its scales' rows, texels along a side."""
     world_from_camera = np.stack([camera.world_from_camera for camera in cameras])
     rows = np.zeros((len(cameras), 5, 4))
     rows[:, :3, :3] = np.swapaxes(world_from_camera[:, :3, :3], 1, 2)
@@ -31,12 +34,16 @@ def camera_rows(
     rows[:, 3, 3] = [camera.half_extent for camera in cameras]
     # Whole numbers, which float32 holds: blocks are fewer than 2^24.
     rows[:, 4, 0], rows[:, 4, 1] = numbers.first, numbers.across
+    rows[:, 4, 2] = scale_shifts
     rows[:, 4, 3] = [camera.resolution for camera in cameras]
     return rows.astype(np.float32)
 
 
 def camera_table(
-    cameras: Sequence[CachingCamera], numbers: BlockNumbers, origin: NDArray[np.float64]
+    cameras: Sequence[CachingCamera],
+    numbers: BlockNumbers,
+    origin: NDArray[np.float64],
+    scale_shifts: NDArray[np.int64] | int = 0,
 ) -> Texture:
     """RGBA32F, `camera_rows` of the cameras.
 
@@ -49,4 +56,4 @@ def camera_table(
             f"the cache has {len(cameras)} caching cameras, and this GPU can search {most} at "
             "once; place fewer"
         )
-    return texture_from_array(camera_rows(cameras, numbers, origin), "RGBA32F")
+    return texture_from_array(camera_rows(cameras, numbers, origin, scale_shifts), "RGBA32F")

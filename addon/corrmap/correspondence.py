@@ -3,8 +3,8 @@
 
 Kim, Kyung, Lee 2009, section III.3. Two passes over the view: `CorrespondencePass` finds the
 best caching camera of each pixel (equation 5); `GatherPass` reads the deep framebuffers there,
-and fills one- and two-pixel holes from neighbours. What stays open after that is shaded with
-its material's mean values on the triangle's own normal, and counted.
+and fills one- and two-pixel holes from neighbours of the same material. What stays open after that
+is shaded with its material's mean values on the triangle's own normal, and counted.
 """
 
 from __future__ import annotations
@@ -58,6 +58,9 @@ _LIBRARY = ("tolerances", "caching_camera")
 
 # Up to so many caching cameras are all tried at every pixel: making lists would take longer.
 TRIED_ALL = 8
+
+
+_SHIFTS = ("HAS_SCALE_SHIFTS", "1")
 
 
 class CorrespondencePass:
@@ -118,7 +121,7 @@ class GatherPass:
     def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
         self._pages = pages
         self._origin = np.array(origin, dtype=np.float64)
-        self._cameras = camera_table(pages.cameras, pages.numbers, origin)
+        self._cameras = camera_table(pages.cameras, pages.numbers, origin, pages.scale_shifts)
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
         self._programs = [
@@ -134,7 +137,7 @@ class GatherPass:
             name="gather",
             fragment="gather",
             library=("material_table", *_LIBRARY),
-            defines=pages.defines,
+            defines=(*pages.defines, *((_SHIFTS,) if pages.shifts_scales else ())),
             generated=unread + pages.glsl(),
             samplers=(
                 *_VISIBLE_SAMPLERS,

@@ -75,25 +75,45 @@ class MaterialTable:
         ids = self.ids(framebuffer)
         return {name: largest[ids] for name, largest in self._largest.items()}
 
-    def rows(self, packing: Packing) -> NDArray[np.float32]:
-        """(rows, columns, 4): means of the values, constants, and the scales of `packing`."""
-        means = self._means()
+    def rows(self, packing: Packing, added: MaterialTable | None = None) -> NDArray[np.float32]:
+        """(rows, columns, 4): means of the values, constants, and the scales of `packing`.
+
+        With `added`, of framebuffers that came later, their scales behind these; and the means of
+        materials that were not seen before are theirs.
+        """
+        means = self._means(added)
         plan = self._packing.plan
         constants = np.zeros((len(self._layout.constants), self._columns))
         usual = int(np.argmax(self._counts[1:-1])) if self._columns > 2 else 0
         for row, (name, component) in enumerate(self._layout.constants):
             every = [value[component] for value in plan.material_constants[name]]
             constants[row] = [every[usual], *every, every[usual]]
-        scales = np.array([self._largest[name] for name in packing.scaled])
-        parts = [means, constants, scales.reshape(-1, self._columns)]
+        parts = [means, constants, self.scales(packing)]
+        if added is not None:
+            parts.append(added.scales(packing))
         rows = np.concatenate([_in_fours(part) for part in parts])
         # A texture has a row at least.
         return rows if len(rows) else np.zeros((1, self._columns, 4), dtype=np.float32)
 
-    def _means(self) -> NDArray[np.float64]:
+    def scales(self, packing: Packing) -> NDArray[np.floating]:
+        """(N, columns) the largest values of each channel in `packing.scaled`."""
+        scales = np.array([self._largest[name] for name in packing.scaled], dtype=np.float32)
+        return scales.reshape(-1, self._columns)
+
+    @property
+    def sums(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(columns,) texels of each material, and (values, columns) what their values add up to."""
+        return self._counts, self._sums
+
+    def _means(self, added: MaterialTable | None) -> NDArray[np.float64]:
         overall = self._sums.sum(axis=1, keepdims=True) / max(float(self._counts.sum()), 1.0)
-        known = self._counts > 0.0
-        means = np.where(known, self._sums / np.maximum(self._counts, 1.0), overall)
+        counts, sums = self.sums
+        if added is not None:
+            counts, sums = (
+                np.where(self._counts > 0.0, mine, theirs)
+                for mine, theirs in zip(self.sums, added.sums, strict=True)
+            )
+        means = np.where(counts > 0.0, sums / np.maximum(counts, 1.0), overall)
         means[:, [0, -1]] = overall
         return means
 

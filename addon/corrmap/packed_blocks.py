@@ -40,6 +40,11 @@ class PackedBlocks:
             data = b"".join(texture[index].tobytes() for texture in codes)
             self._held[int(number)] = zlib.compress(data, _LEVEL)
 
+    def drop(self, first: int) -> None:
+        """Let the blocks from number `first` on go."""
+        for number in [number for number in self._held if number >= first]:
+            del self._held[number]
+
     def take(self, numbers: NDArray[np.int64]) -> list[NDArray[Any]]:
         """The codes of blocks, as `add` took them.
 

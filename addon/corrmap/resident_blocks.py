@@ -23,6 +23,18 @@ class ResidentBlocks:
         self._asked = np.full(places, -1, dtype=np.int64)
         self._time = 0
 
+    def resize(self, first: int, count: int, places: int) -> None:
+        """Take the places of the blocks from `first` on; then have `count` blocks, and `places`,
+        which are no fewer than before."""
+        free = self.place[first:]
+        free = free[free >= 0]
+        self._block[free] = self._asked[free] = -1
+        self.place = np.append(self.place[:first], np.full(count - first, -1, dtype=np.int64))
+        more = np.full(places - self.places, -1, dtype=np.int64)
+        self._block = np.append(self._block, more)
+        self._asked = np.append(self._asked, more)
+        self.places = places
+
     def ask(self, wanted: NDArray[np.int64]) -> NDArray[np.int64]:
         """Give places to all wanted blocks; returns those that had none and are to be written.
 

@@ -28,8 +28,9 @@ class SurfaceBuffer:
         perspective: whether `eye` is a place (True) or a direction (False).
         position: xyz local position, w = 1 + material id; w = 0 where nothing is hit.
         geometric_normal: xyz unit, facing the viewer; w tells where the values come from:
-            > 0 the correspondence score, -1 a small hole filled from its neighbours, 0 a
-            larger one that got its material's mean values.
+            > 0 the correspondence score, -1 a small hole filled from its neighbours on the same
+            surface, -2 from those of the same material beside it, 0 a larger one that got its
+            material's mean values.
         values: the channels that vary, as `layout` has them.
         material_table: the channels that are constant over a material, and the means of others.
         layout: what lies where.

@@ -7,10 +7,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..caching.framebuffer import DeepFramebuffer
 from ..caching.plan import ChannelPlan
 from ..caching.surface_edit_reach import materials_on, out_of_reach
+from ..camplace.hole_cameras import HolePoints
+from ..glsl.shader import read_texture
 from ..progress import Progress, silent
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
@@ -70,6 +73,9 @@ class SurfaceSampler:
         self._pages: TilePages = upload_tiles(
             framebuffers, plan, cache_budget, drop=drop, progress=progress
         )
+        self._framebuffers = framebuffers
+        self._cache_budget = cache_budget
+        self._drop = drop
         self._memory_budget = memory_budget
         self._view: View | None = None
         self._samples: dict[int, SurfaceBuffer] = {}
@@ -160,6 +166,23 @@ class SurfaceSampler:
             self._edit_table = SurfaceEditTable(pages.surface_layout, pages.material_table)
         names = self._geometry.object_names
         self._material_table, self._layout = self._edit_table.make(self._edits, names)
+
+    def set_added(self, framebuffers: Sequence[DeepFramebuffer]) -> None:
+        """Choose texels from these too, in place of those that were added before; the cache's own
+        stay where they are. The view's samples are made anew.
+
+        Raises:
+            InputError: they do not fit the GPU; or a framebuffer has to be read again, and is
+                damaged.
+        """
+        if not self._pages.set_added(framebuffers):
+            every = [*self._framebuffers, *framebuffers]
+            self._pages = upload_tiles(every, self._plan, self._cache_budget, drop=self._drop)
+        self._edit_table = None
+        self._apply_edits()
+        self._forget()
+        if self._buffer is not None:
+            self._search(self._buffer.origin)
 
     def set_view(self, view: View) -> bool:
         """Look from another camera; False when it is the same one."""
@@ -273,6 +296,14 @@ class SurfaceSampler:
             raise RuntimeError("sample 0 left no correspondence map")
         return self._correspondence
 
+    def hole_points(self) -> HolePoints:
+        """What the view sees at its pixels' centres, and where the cache does not show it."""
+        surface = self.sample(0)
+        position = read_texture(surface.position).astype(np.float64)
+        hit = position[..., 3] > 0.0
+        origin = read_texture(surface.geometric_normal)[..., 3][hit]
+        return HolePoints(position[hit][:, :3] + surface.origin, origin <= 0.0)
+
     def coverage(self) -> Coverage:
         """Holes at the pixels' centres."""
         return measure_coverage(self.sample(0))
@@ -292,8 +323,11 @@ class SurfaceSampler:
     def _build(self, view: View) -> None:
         # Local space has its origin at the view, where precision matters most.
         self._buffer = GeometryBuffer(self._geometry, view.origin)
-        origin = self._buffer.origin
         self._visible_pass = VisibleSurfacePass(self._buffer)
+        self._search(self._buffer.origin)
+
+    def _search(self, origin: NDArray[np.float64]) -> None:
+        """Make the passes that look for texels in the pages."""
         self._correspondence_pass = CorrespondencePass(self._pages, origin)
         self._gather_pass = GatherPass(self._pages, origin)
 

@@ -95,8 +95,11 @@ class TilePages:
         self.surface_layout = table.layout
         self.scale_rows = table.scale_rows(packing)
         self.material_table = texture_from_array(table.rows(packing), "RGBA32F")
+        self._scale_shift = 0
         self.warnings: tuple[str, ...] = ()
         self._budget = budget
+        self._table = table
+        self._own = self.numbers.count, len(self.cameras)
         blocks = max(int(kept.sum()), 1)
         shape = page_shape(blocks, max_texture_width(), max_texture_layers())
         self._depth_place = np.where(kept, np.cumsum(kept) - 1, -1)
@@ -118,7 +121,7 @@ class TilePages:
 
     def _update_table(self) -> None:
         table = block_table(self._depth_place, self._resident.place)
-        self._table = texture_from_array(table, "RG32F")
+        self._blocks = texture_from_array(table, "RG32F")
 
     @property
     def defines(self) -> tuple[tuple[str, str], ...]:
@@ -128,6 +131,16 @@ class TilePages:
             ("PAGE_BITS", str(self._depth.shape.bits)),
             ("TABLE_BITS", str(TABLE_BITS)),
         )
+
+    @property
+    def shifts_scales(self) -> bool:
+        """Whether some cameras' shares are of scales of their own."""
+        return self._scale_shift > 0
+
+    @property
+    def scale_shifts(self) -> NDArray[np.int64]:
+        """(N,) for each camera, how many rows behind `scale_rows` its scales lie."""
+        return np.where(np.arange(len(self.cameras)) < self._own[1], 0, self._scale_shift)
 
     @property
     def is_paged(self) -> bool:
@@ -160,7 +173,7 @@ class TilePages:
 
     def depth_textures(self) -> dict[str, Texture]:
         """The textures by the names in `depth_samplers`."""
-        return {"cache_blocks": self._table, "cache_depth": self._depth.textures[0]}
+        return {"cache_blocks": self._blocks, "cache_depth": self._depth.textures[0]}
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `samplers`."""
@@ -169,7 +182,8 @@ class TilePages:
 
     def glsl(self) -> str:
         """The packing's functions, and those that write the surfaces."""
-        return self.packing.glsl(self.scale_rows) + self.surface_layout.write_glsl()
+        texels = self.packing.glsl(self.scale_rows, shifts=self.shifts_scales)
+        return texels + self.surface_layout.write_glsl()
 
     def write_depth(self, index: int, depth: NDArray[np.float32]) -> None:
         """Put the depth (R, R) of a framebuffer's kept blocks into the pages."""
@@ -198,6 +212,57 @@ class TilePages:
     def holds(self, index: int) -> bool:
         """Whether any block of a framebuffer is kept."""
         return bool(self.kept[self.numbers.of(index)].any())
+
+    def set_added(self, framebuffers: Sequence[DeepFramebuffer]) -> bool:
+        """Hold these beside the cache's own, in place of those that were added before.
+
+        All of them that hits a surface is kept. Their cameras come behind the cache's own, and
+        their shares are of scales of their own: nothing that is there is written anew.
+
+        Returns:
+            False, and nothing is done, where they hold a channel with more precision than the
+            texels here have: then all has to be loaded anew.
+
+        Raises:
+            InputError: they do not fit the GPU.
+        """
+        wide = frozenset().union(*(framebuffer.wide for framebuffer in framebuffers))
+        if not (wide & set(self.packing.stored)) <= self.packing.wide:
+            return False
+        table = MaterialTable(make_packing(self.packing.plan), self.surface_layout)
+        seen = []
+        for framebuffer in framebuffers:
+            table.add(framebuffer)
+            depth = framebuffer.channels["depth"][..., 0]
+            seen.append(SeenSurface(framebuffer.camera, depth, table.ids(framebuffer)))
+        self._make_room(seen)
+        rows = self._table.rows(self.packing, table if framebuffers else None)
+        self.material_table = texture_from_array(rows, "RGBA32F")
+        own_rows = len(self._table.rows(self.packing))
+        self._scale_shift = own_rows - self.surface_layout.scale_row if framebuffers else 0
+        for index, framebuffer in enumerate(framebuffers, start=self._own[1]):
+            self.write_depth(index, framebuffer.channels["depth"][..., 0])
+            self.write_packed(index, framebuffer, table.scale(framebuffer))
+        self.finish()
+        return True
+
+    def _make_room(self, seen: Sequence[SeenSurface]) -> None:
+        """Have places for the blocks of these behind the cache's own."""
+        blocks, cameras = self._own
+        self.cameras = (*self.cameras[:cameras], *(picture.camera for picture in seen))
+        self.numbers = BlockNumbers(tuple(camera.resolution for camera in self.cameras))
+        more = [which.ravel() for which in kept_blocks(seen, drop=False)]
+        self.kept = np.concatenate([self.kept[:blocks], *more])
+        self._depth_place = np.where(self.kept, np.cumsum(self.kept) - 1, -1)
+        wanted = int(self.kept.sum())
+        if wanted > self._depth.shape.places:
+            self._depth = self._depth.grown(self._depth.shape.with_places(wanted))
+        shape = self._packed.shape
+        if self._store is not None:
+            self._store.drop(blocks)
+        elif wanted > shape.places:
+            self._packed = self._packed.grown(shape.with_places(wanted))
+        self._resident.resize(blocks, self.numbers.count, self._packed.shape.places)
 
     def _kept_of(self, index: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         """Numbers of a framebuffer's kept blocks, and (B, B) which they are."""

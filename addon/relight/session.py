@@ -43,6 +43,7 @@ from ..scene.view import View
 from ..scene.world import World
 from .graph.frame_graph import FrameGraph, FramePass
 from .graph.frame_passes import (
+    CACHE,
     CORRESPONDENCE,
     EMISSION_LAYER,
     GEOMETRY,
@@ -72,7 +73,9 @@ from .shadows.shadow_frustum import ShadowSettings
 from .world.world_pass import WorldTextures
 
 if TYPE_CHECKING:
+    from ..caching.framebuffer import DeepFramebuffer
     from ..caching.store import CacheStore
+    from ..camplace.hole_cameras import HolePoints
 
 
 # Visibility samples of each pixel: as many as Lightspeed's pictures have (figure 10).
@@ -160,6 +163,17 @@ class RelightSession:
         self._touch(GEOMETRY)
         if view is not None:
             self.set_view(view)
+
+    def set_added(self, framebuffers: Sequence[DeepFramebuffer]) -> None:
+        """Read these beside the cache, in place of those that were added before.
+
+        Raises:
+            InputError: they do not fit the GPU.
+        """
+        self._sampler.set_added(framebuffers)
+        self._drawing.follow_layout()
+        self._touch(CACHE)
+        self._follow_glow()
 
     def set_view(self, view: View) -> None:
         """The camera moved, or the picture has another size."""
@@ -387,6 +401,10 @@ class RelightSession:
     def coverage(self) -> Coverage:
         """What the cache does not show of the current view."""
         return self._sampler.coverage()
+
+    def hole_points(self) -> HolePoints:
+        """What the current view sees, and where the cache does not show it."""
+        return self._sampler.hole_points()
 
     @property
     def graph(self) -> FrameGraph:

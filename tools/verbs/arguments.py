@@ -37,6 +37,23 @@ def add_view(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_filling(parser: argparse.ArgumentParser) -> None:
+    """What is done about holes."""
+    parser.add_argument(
+        "--fill-holes", action="store_true",
+        help="have Cycles bake what the cache does not show of the view",
+    )  # fmt: skip
+    parser.add_argument(
+        "--keep-filled", action="store_true",
+        help="the same, and keep what was baked in the cache, for other views and later",
+    )  # fmt: skip
+
+
+def filling(args: argparse.Namespace) -> dict[str, bool]:
+    """What those arguments choose, for `Filling`."""
+    return {"fills": args.fill_holes or args.keep_filled, "keeps": args.keep_filled}
+
+
 def size(text: str) -> tuple[int, int]:
     """A WxH argument, such as 640x480."""
     try:

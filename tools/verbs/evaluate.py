@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from addon.argument_types import names, positive
 from addon.preset_argument import add_preset
@@ -15,6 +16,9 @@ from addon.writable import require_folder
 from ..output import to_json
 from ..unique_names import folder_names
 from . import arguments
+
+if TYPE_CHECKING:
+    from ..evaluation import EvaluatedView
 
 NAME = "evaluate"
 HELP = (
@@ -38,6 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--lights", type=Path, metavar="EDITS.json", help="changes to the lights, by their names"
     )
     arguments.add_view(parser)
+    arguments.add_filling(parser)
     parser.add_argument(
         "--reference-samples", type=positive, default=REFERENCE_SAMPLES, metavar="N",
         help="Cycles' samples of each pixel and light (default: %(default)s); they are doubled "
@@ -62,8 +67,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from addon.caching.presets import DEFAULT_PRESET
     from addon.relight.edits.edits_file import applied_edits, read_edits
 
-    from .. import evaluation, reference
-    from ..contact_sheet import write_sheet
+    from .. import evaluation
+    from ..filling import Filling
     from ..relit import (
         camera_names,
         open_session,
@@ -96,29 +101,27 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     folders = folder_names([view.name for view in shown], taken=("cache",))
     with applied_edits(scene, edits):
         session = open_session(arrays, cache, args.samples, shadows=args.shadows)
+        filling = Filling(scene, arrays, cache, session, **arguments.filling(args))
         views = []
         for number, view in enumerate(shown):
             ends = [0.4 + 0.1 * (number + i) / len(shown) for i in (0, 1)]
+            step = part_of(progress, *ends)
             shot = evaluation.Shot(view.name, scene.frame_current, view, args.out / folders[number])
-            views.append(evaluation.relight_view(session, shot, part_of(progress, *ends)))
+            views.append(evaluation.relight_view(session, shot, step, filling))
             views[-1].write_relit(scene)
-        reference.prepare(scene)
-        if args.size is not None:
-            scene.render.resolution_x, scene.render.resolution_y = args.size
-            scene.render.resolution_percentage = 100
+        filling.end()
+        _prepare(scene, args.size)
         evaluation.measure_all(
             scene, views, args.reference_samples, part_of(progress, 0.5, 0.98), DOUBLINGS
         )
     sheet = args.out / "contact_sheet.png"
-    subtitle = f"{args.scene.name}, {len(arrays.geometry):,} triangles"
-    write_sheet(
-        sheet, "Relume against Cycles", subtitle, [view.row(view.shot.name) for view in views]
-    )
+    _write_sheet(sheet, f"{args.scene.name}, {len(arrays.geometry):,} triangles", views)
     report = {
         "scene": str(args.scene),
         "cache": str(cache),
         "triangles": len(arrays.geometry),
         "bake": baked.to_json(),
+        "filled": filling.report(),
         "warnings": [*arrays.warnings, *said, *baked.notes, *baked.approximations],
         "views": [view.report for view in views],
         "contact_sheet": str(sheet),
@@ -126,6 +129,23 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     (args.out / "report.json").write_text(to_json(report) + "\n", encoding="utf-8")
     progress(1.0, f"wrote {args.out}")
     return report
+
+
+def _prepare(scene: Any, size: tuple[int, int] | None) -> None:
+    """Set a scene up for its reference, at its own size or another."""
+    from ..reference import prepare
+
+    prepare(scene)
+    if size is not None:
+        scene.render.resolution_x, scene.render.resolution_y = size
+        scene.render.resolution_percentage = 100
+
+
+def _write_sheet(path: Path, subtitle: str, views: Sequence[EvaluatedView]) -> None:
+    from ..contact_sheet import write_sheet
+
+    rows = [view.row(view.shot.name) for view in views]
+    write_sheet(path, "Relume against Cycles", subtitle, rows)
 
 
 def describe(report: dict[str, Any]) -> str:

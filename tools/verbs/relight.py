@@ -61,6 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="changes to what materials and objects look like, by their names",
     )  # fmt: skip
     arguments.add_view(parser)
+    arguments.add_filling(parser)
 
 
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
@@ -77,6 +78,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from addon.relight.edits.surface_edits_file import NO_CHANGES, read_surface_changes
 
     from ..display import write_display_png
+    from ..filling import Filling
     from ..picture_file import write_exr
     from ..relit import (
         cache_approximations,
@@ -111,8 +113,11 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     )
     session.set_surface_edits(surface_edits)
     session.set_view(view)
+    filling = Filling(scene, arrays, args.cache, session, **arguments.filling(args))
+    filling.fill(view, part_of(progress, 0.4, 0.6))
     started = time.monotonic()
-    picture = session.render(part_of(progress, 0.4, 0.95))
+    picture = session.render(part_of(progress, 0.6, 0.95))
+    filling.end()
     seconds = time.monotonic() - started
     progress(0.95, f"writing {args.out}")
     if suffix == ".png":
@@ -131,6 +136,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "lights": [light.name for light in arrays.lights],
         "hole_fraction": picture.coverage.hole_fraction,
         "open_fraction": picture.coverage.open_fraction,
+        "filled": filling.report(),
         "seconds_relight": round(seconds, 3),
         "warnings": [*arrays.warnings, *session.warnings, *cache_approximations(args.cache)],
     }

@@ -6,8 +6,11 @@
 CachedSurface blended;
 float blended_weight = 0.0;
 
-void add_texel(ivec3 texel, float weight)
+void add_texel(int camera, ivec3 texel, float weight)
 {
+#ifdef HAS_SCALE_SHIFTS
+  scale_shift = int(camera_picture(camera).z);
+#endif
   add_surface(blended, read_cached(texel), weight);
   blended_weight += weight;
 }
@@ -41,15 +44,15 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
   }
   for (int i = 0; i < 4; i++) {
     if (weight[i] > 0.0) {
-      add_texel(texel[i], weight[i]);
+      add_texel(camera, texel[i], weight[i]);
     }
   }
   return blended_weight > 0.0;
 }
 
-/* One- and two-pixel holes (paper III.3): the neighbours on the same surface, the nearer the
- * heavier. */
-bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
+/* One- and two-pixel holes (paper III.3): the neighbours of the same material, the nearer the
+ * heavier; on the same surface alone, or also beside it, as leaves lie. */
+bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material, bool on_surface)
 {
   ivec2 last = textureSize(correspondence, 0) - 1;
   for (int y = -2; y <= 2; y++) {
@@ -65,7 +68,7 @@ bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
       }
       vec3 apart = position.xyz - p;
       /* On the same surface, or one that bends by less than 30 degrees. */
-      if (abs(dot(n, apart)) > 0.5 * length(apart)) {
+      if (on_surface && abs(dot(n, apart)) > 0.5 * length(apart)) {
         continue;
       }
       int camera = int(found.x);
@@ -73,7 +76,7 @@ bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
       texel = clamp(texel, ivec2(0), ivec2(int(picture_resolution(camera)) - 1));
       ivec3 at = page_texel(block_places(camera, texel >> BLOCK_BITS), texel);
       if (at.z >= 0) {
-        add_texel(at, 1.0 / float(x * x + y * y));
+        add_texel(camera, at, 1.0 / float(x * x + y * y));
       }
     }
   }
@@ -93,13 +96,19 @@ void main()
   vec3 n = texelFetch(visible_normal, pixel, 0).xyz;
   float material = position.w;
   vec4 found = texelFetch(correspondence, pixel, 0);
-  /* w tells how the pixel came by its values: > 0 the score, -1 neighbours, 0 its material. */
+  /* w tells how the pixel came by its values: > 0 the score, -1 neighbours on its surface, -2
+   * neighbours beside it, 0 its material. */
   float origin = 0.0;
   if (found.x >= 0.0 && add_correspondence(found, position.xyz, n, material)) {
     origin = found.w;
   }
-  else if (add_neighbours(pixel, position.xyz, n, material)) {
+  else if (add_neighbours(pixel, position.xyz, n, material, true)) {
     origin = -1.0;
+  }
+  else if (add_neighbours(pixel, position.xyz, n, material, false)) {
+    origin = -2.0;
+    /* Those lie otherwise in space. */
+    forget_directions(blended);
   }
   surface_geometric_normal = vec4(n, origin);
   if (blended_weight > 0.0) {

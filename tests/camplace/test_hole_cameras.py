@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Caching cameras at a view hold its holes, as finely as the view shows them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from addon.camplace.camera import CachingCamera
+from addon.camplace.hole_cameras import TEXELS_PER_PIXEL, HolePoints, hole_cameras
+from addon.camplace.settings import RESOLUTIONS
+from addon.scene.view import View
+from tests import synthetic
+
+_PLACE = synthetic.looking_at((3.0, -8.0, 2.0), (0.0, 0.0, 0.5))
+
+
+def seen_by(view: View, depth: float = 6.0) -> NDArray[np.float64]:
+    """A point on the ray of each pixel's centre, (H, W, 3), at about this distance."""
+    x, y = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
+    origins, directions = view.rays(np.stack([x, y], axis=-1))
+    away = depth * (1.0 + 0.2 * np.sin(0.3 * x + 0.2 * y))
+    return np.asarray(origins + away[..., None] * directions)
+
+
+def cameras_of(view: View, is_hole: NDArray[np.bool_]) -> tuple[CachingCamera, ...]:
+    return hole_cameras(view, HolePoints(seen_by(view).reshape(-1, 3), is_hole.ravel()))
+
+
+def held(cameras: tuple[CachingCamera, ...], points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which of (N, 3) points lie inside any camera's picture and between its clips."""
+    inside = np.zeros(len(points), dtype=bool)
+    for camera in cameras:
+        u, v, depth = camera.project(points).T
+        margin = 1.0 / camera.resolution
+        fits = (np.abs(u - 0.5) < 0.5 - margin) & (np.abs(v - 0.5) < 0.5 - margin)
+        inside |= fits & (depth > camera.near) & (depth <= camera.far)
+    return inside
+
+
+def a_view(fov: float = 1.0, size: tuple[int, int] = (160, 90)) -> View:
+    return synthetic.perspective_view(_PLACE, *size, fov)
+
+
+def shifted(view: View) -> View:
+    clip = view.clip_from_camera.copy()
+    clip[:2, 2] = 0.8, -0.6
+    return replace(view, clip_from_camera=clip)
+
+
+def stretched(view: View) -> View:
+    clip = view.clip_from_camera.copy()
+    clip[1, 1] *= 2.0
+    return replace(view, clip_from_camera=clip)
+
+
+def parallel(near: float = 0.5, far: float = 40.0) -> View:
+    clip = np.diag([0.4, 0.6, -2.0 / (far - near), 1.0])
+    clip[2, 3] = -(far + near) / (far - near)
+    return View(_PLACE, clip, 150, 100, perspective=False)
+
+
+VIEWS = {
+    "plain": a_view(),
+    "long lens": a_view(np.radians(1.0)),
+    "wide": a_view(np.radians(150.0)),
+    "shifted": shifted(a_view()),
+    "stretched pixels": stretched(a_view()),
+    "parallel": parallel(),
+    "parallel, from behind the eye": parallel(-40.0, 40.0),
+}
+
+
+@pytest.mark.parametrize("name", VIEWS)
+@pytest.mark.parametrize("share", [1.0, 0.003])
+def test_every_hole_is_in_a_picture(name: str, share: float) -> None:
+    view = VIEWS[name]
+    is_hole = np.random.default_rng(3).random((view.height, view.width)) < share
+    cameras = cameras_of(view, is_hole)
+    assert held(cameras, seen_by(view)[is_hole]).all()
+    for camera in cameras:
+        # As strict as what is read from a file.
+        assert CachingCamera.from_json(camera.to_json()).to_json() == camera.to_json()
+    assert [camera.id for camera in cameras] == list(range(len(cameras)))
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_texel_is_finer_than_a_pixel(name: str) -> None:
+    view = VIEWS[name]
+    is_hole = np.random.default_rng(3).random((view.height, view.width)) < 0.01
+    points = seen_by(view)[is_hole]
+    x = view.project(points)
+    best = np.zeros(len(points))
+    for camera in cameras_of(view, is_hole):
+        # Along the view's right, of a step that is a thousandth of the distance.
+        step = 1e-3 * np.linalg.norm(points - view.origin, axis=1)
+        beside = points + step[:, None] * view.world_from_camera[:3, 0]
+        pixels = np.linalg.norm(view.project(beside)[:, :2] - x[:, :2], axis=1)
+        apart = camera.project(beside)[:, :2] - camera.project(points)[:, :2]
+        texels = camera.resolution * np.linalg.norm(apart, axis=1)
+        best = np.maximum(best, np.where(held((camera,), points), texels / pixels, 0.0))
+    # A hundredth for the step, which ends a little off the hole.
+    assert best.min() > 0.99 * TEXELS_PER_PIXEL
+
+
+def test_pictures_look_from_the_eye() -> None:
+    view = a_view()
+    for camera in cameras_of(view, np.ones((view.height, view.width), dtype=bool)):
+        assert np.array_equal(camera.origin, view.origin)
+        assert camera.near == pytest.approx(0.01, rel=2e-3)
+
+
+def test_a_parallel_view_is_seen_nearly_parallel() -> None:
+    view = parallel()
+    is_hole = np.ones((view.height, view.width), dtype=bool)
+    for camera in cameras_of(view, is_hole):
+        way = seen_by(view).reshape(-1, 3) - camera.origin
+        way /= np.linalg.norm(way, axis=1, keepdims=True)
+        lean = np.degrees(np.arccos(np.clip(way @ -view.world_from_camera[:3, 2], -1.0, 1.0)))
+        assert lean.max() < 1.0
+        # What the view's own near clip cuts away is cut away here.
+        eye_depth = (view.origin - camera.origin) @ -camera.world_from_camera[:3, 2]
+        # The camera leans by half a 64th at most, of a clip plane 64 times as far as it is wide.
+        assert camera.near == pytest.approx(eye_depth + 0.5, abs=0.05)
+
+
+def test_holes_apart_get_pictures_of_their_own() -> None:
+    view = a_view(1.2, (1600, 900))
+    is_hole = np.zeros((900, 1600), dtype=bool)
+    is_hole[20:60, 30:80] = is_hole[830:860, 1500:1560] = True
+    cameras = cameras_of(view, is_hole)
+    assert len(cameras) == 2
+    assert max(camera.resolution for camera in cameras) < 200
+    whole = cameras_of(view, np.ones_like(is_hole))
+    assert max(camera.resolution for camera in whole) <= RESOLUTIONS[-1]
+    assert len(whole) > 1
+
+
+def test_without_holes_there_is_no_camera() -> None:
+    view = a_view()
+    assert cameras_of(view, np.zeros((view.height, view.width), dtype=bool)) == ()

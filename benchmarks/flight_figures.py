@@ -69,12 +69,14 @@ class Seams:
         step: mean difference of their values.
         beside: mean difference of the neighbours next to them on the same line, of one camera each.
         worst: 99th percentile of a step less that beside it.
+        picture: (H, W) the larger step at each pixel's lower and left side; 0 for no seam.
     """
 
     share: float
     step: float
     beside: float
     worst: float
+    picture: NDArray[np.float32]
 
 
 @dataclass(frozen=True)
@@ -146,6 +148,7 @@ def seams(frame: Frame) -> Seams:
     """Steps along rows and columns together."""
     pairs = different = 0
     steps, around = [], []
+    picture = np.zeros(frame.value.shape)
     for turn in (False, True):
         value, camera, same = _lines(frame, turn)
         valid = same & (camera[:, 1:] >= 0) & (camera[:, :-1] >= 0)
@@ -158,12 +161,15 @@ def seams(frame: Frame) -> Seams:
         inner = changes[:, 1:-1] & plain[:, :-2] & plain[:, 2:]
         steps.append(step[:, 1:-1][inner])
         around.append(0.5 * (step[:, :-2] + step[:, 2:])[inner])
+        drawn = picture.T if turn else picture
+        drawn[:, 1:] = np.maximum(drawn[:, 1:], np.where(changes, step, 0.0))
     step, beside = np.concatenate(steps), np.concatenate(around)
     return Seams(
         share=different / pairs if pairs else 0.0,
         step=float(step.mean()) if step.size else 0.0,
         beside=float(beside.mean()) if step.size else 0.0,
         worst=float(np.percentile(step - beside, 99.0)) if step.size else 0.0,
+        picture=picture.astype(np.float32),
     )
 
 

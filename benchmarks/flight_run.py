@@ -11,7 +11,7 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ from tools.output import progress_on, to_json
 from tools.scene_file import load_blender, open_scene
 from tools.verbs.arguments import size
 
-from .flight_figures import Flicker, Frame, flicker, seams, see
+from .flight_figures import Flicker, Frame, Seams, flicker, seams, see
 from .flight_path import Flight, fly
 from .other_views import other_views
 
@@ -42,10 +42,11 @@ CHANGE_GAIN = 8.0
 
 @dataclass(frozen=True)
 class Shown:
-    """What the sheet shows of a frame: display-encoded (H, W, 3) and a change in levels (H, W)."""
+    """What the sheet shows of a frame: display-encoded (H, W, 3), and levels (H, W)."""
 
     picture: NDArray[np.float32]
     cameras: NDArray[np.float32]
+    steps: NDArray[np.float32]
     change: NDArray[np.float32]
 
 
@@ -88,12 +89,14 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
         camera = np.rint(picture.correspondence[..., 0]).astype(np.int64)
         now = Frame(view, surfaces, value, camera)
         change = None if before is None else flicker(before, now)
-        rows.append(_row(picture, now, change, seconds))
+        found = seams(now)
+        rows.append(_row(picture, found, change, seconds))
         nothing = np.zeros(value.shape, dtype=np.float32)
         shown.append(
             Shown(
                 metrics.encode_srgb(picture.combined[..., :3]).astype(np.float16),  # type: ignore[arg-type]
                 correspondence_colors(picture.correspondence).astype(np.float16),  # type: ignore[arg-type]
+                found.picture,
                 nothing if change is None else change.picture,
             )
         )
@@ -139,19 +142,22 @@ def _diffuse(picture: Any) -> NDArray[np.float32]:
     return np.asarray(np.sum(parts, axis=0), dtype=np.float32)
 
 
-def _row(picture: Any, frame: Frame, change: Flicker | None, seconds: float) -> dict[str, Any]:
+def _row(picture: Any, found: Seams, change: Flicker | None, seconds: float) -> dict[str, Any]:
     """A frame's figures."""
     row = {
         "holes": picture.coverage.hole_fraction,
         "open": picture.coverage.open_fraction,
         "seconds": seconds,
-        "seams": asdict(seams(frame)),
+        "seams": _numbers(found),
         "flicker": None,
     }
     if change is not None:
-        row["flicker"] = {k: v for k, v in vars(change).items() if k != "picture"}
-        row["flicker"]["excess"] = change.excess
+        row["flicker"] = {**_numbers(change), "excess": change.excess}
     return row
+
+
+def _numbers(found: Seams | Flicker) -> dict[str, float]:
+    return {name: value for name, value in vars(found).items() if name != "picture"}
 
 
 # The sheet's rows: a heading, and what of a frame's figures is the greatest there.
@@ -178,13 +184,16 @@ def _leave(
         number = int(np.argmax([of(row) for row in rows]))
         row, picture = rows[number], shown[number]
         found, change = row["seams"], row["flicker"] or {"switched": 0.0, "worst": 0.0}
-        levels = CHANGE_GAIN * picture.change[..., None].repeat(3, axis=-1) / 255.0
+        steps, levels = (
+            CHANGE_GAIN * values[..., None].repeat(3, axis=-1) / 255.0
+            for values in (picture.steps, picture.change)
+        )
         cells = [
             Cell(picture.picture, "Lights without shadows",
                  f"{100.0 * row['holes']:.2f} % holes, {100.0 * row['open']:.2f} % open"),
-            Cell(picture.cameras, "Correspondence map",
-                 f"{100.0 * found['share']:.2f} % seams, {found['step']:.2f} levels, "
-                 f"beside them {found['beside']:.2f}"),
+            Cell(picture.cameras, "Correspondence map", f"{100.0 * found['share']:.2f} % seams"),
+            Cell(steps, f"Steps across seams, {CHANGE_GAIN:.0f} times",
+                 f"{found['step']:.2f} levels, beside them {found['beside']:.2f}"),
             Cell(levels, f"Change since the frame before, {CHANGE_GAIN:.0f} times",
                  f"{100.0 * change['switched']:.2f} % switched, 99 % below "
                  f"{change['worst']:.1f} levels"),

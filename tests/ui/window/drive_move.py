@@ -56,6 +56,7 @@ def run(request: dict[str, Any]) -> Iterator[float]:
     view.show_gizmo = view.show_region_toolbar = view.show_region_ui = False
     look_through_camera(view, scene)
     report["size"] = [region.width, region.height]
+    unfold(("RELUME_PT_performance", "RELUME_PT_frame"))
     properties = next(a for a in bpy.context.screen.areas if a.type == "PROPERTIES")
     properties.spaces.active.context = "RENDER"
     yield 1.0
@@ -72,6 +73,15 @@ def run(request: dict[str, Any]) -> Iterator[float]:
             "moving": drawings[:count], "after": drawings[count:], "still_s": seconds,
         }  # fmt: skip
     (out / "move.json").write_text(json.dumps(report, indent=1), encoding="utf-8")
+
+
+def unfold(names: tuple[str, ...]) -> None:
+    """Have panels open that are closed at first, and two others closed in their place."""
+    for name in (*names, "RELUME_PT_cache", "RELUME_PT_sampling"):
+        panel = getattr(bpy.types, name)
+        bpy.utils.unregister_class(panel)
+        panel.bl_options = set() if name in names else {"DEFAULT_CLOSED"}
+        bpy.utils.register_class(panel)
 
 
 def orbit(area: Any, drawings: list[dict[str, Any]], path: Path) -> Generator[float]:

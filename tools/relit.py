@@ -3,13 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from addon.errors import InputError
 from addon.progress import Progress, silent
+from addon.scene.exposure import Exposure
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 from addon.scene.light_linking import LightLinking
@@ -155,6 +157,35 @@ def read_views(
         return tuple(read_view(depsgraph, camera, *(size or ())) for camera in objects)
 
     return with_render_depsgraph(scene, read)
+
+
+def read_exposure_of(scene: Any, view: View, geometry: SceneGeometry) -> Exposure | None:
+    """What moves while the shutter of a view's camera is open; None without motion blur.
+
+    The scene is evaluated at several times, and then at its frame again.
+
+    Args:
+        scene: a `bpy.types.Scene`.
+        view: of `read_views`.
+        geometry: of `read_scene`, at the same frame.
+    """
+    from addon.scene.depsgraph_reader import with_render_depsgraph
+    from addon.scene.exposure_reader import read_exposure
+    from addon.scene.view_reader import find_camera
+
+    if not scene.render.use_motion_blur:
+        return None
+    frame, part = scene.frame_current, scene.frame_subframe
+
+    def read_at(time: float, read: Callable[[Any], Any]) -> Any:
+        whole = math.floor(time)
+        scene.frame_set(whole, subframe=time - whole)
+        return with_render_depsgraph(scene, read)
+
+    try:
+        return read_exposure(scene, find_camera(scene, view.name), view, geometry, read_at)
+    finally:
+        scene.frame_set(frame, subframe=part)
 
 
 def camera_names(scene: Any) -> list[str | None]:

@@ -193,6 +193,7 @@ class ShadingSamples:
         passes: find the texels, and read them.
         pages: the cache on the GPU.
         geometry: whose triangles are seen.
+        film: gives where in the view it sees what is infinitely far.
         visibility: how many visibility samples the lists are made of.
         memory_budget: bytes of the GPU's memory for the places where samples are shaded.
     """
@@ -205,11 +206,13 @@ class ShadingSamples:
         pages: TilePages,
         geometry: GeometryBuffer,
         *,
+        film: Callable[[int], tuple[float, float]],
         visibility: int,
         memory_budget: int,
     ) -> None:
         self._visible = visible
         self._offset = offset
+        self._film = film
         self._correspondence, self._gather = passes
         self._pages = pages
         self._geometry = geometry
@@ -350,7 +353,7 @@ class ShadingSamples:
                 "visible_triangle": hits.triangles,
                 "sample_cell": self._cells,
             },
-            {"hits": {"offset": self._offset(k), "height": self._lists.lists.height}},
+            {"hits": {"offset": self._film(k), "height": self._lists.lists.height}},
         )
         return VisibleSurface(targets[0], targets[1], own.eye, targets[2])
 

@@ -15,6 +15,7 @@ from ..caching.surface_edit_reach import materials_on, out_of_reach
 from ..camplace.hole_cameras import HolePoints
 from ..glsl.shader import read_texture
 from ..progress import Progress, silent
+from ..scene.exposure import Exposure
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
 from ..scene.view import View
@@ -26,12 +27,17 @@ from .correspondence import (
     measure_coverage,
 )
 from .geometry_buffer import GeometryBuffer
-from .pixel_filter import pixel_offsets
 from .shading_samples import PixelListTextures, ShadingSamples, fits_lists
 from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
 from .tile_pages import CACHE_BUDGET, TilePages, upload_tiles
+from .visibility_samples import (
+    VisibilitySample,
+    draw_visibility_sample,
+    film_offset,
+    visibility_sample,
+)
 from .visible_surface import VisibleSurface, VisibleSurfacePass
 
 _BYTES_PER_RGBA32F = 16
@@ -82,6 +88,7 @@ class SurfaceSampler:
         self._shading: ShadingSamples | None = None
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
+        self._exposure: Exposure | None = None
         self._edits = NO_EDITS
         self._edit_table: SurfaceEditTable | None = None
         self._material_table = self._pages.material_table
@@ -142,6 +149,7 @@ class SurfaceSampler:
         )
         self._buffer = None
         self._view = None
+        self._exposure = None
         self._forget()
         self._apply_edits()
 
@@ -233,10 +241,11 @@ class SurfaceSampler:
         if self._shading is None:
             self._shading = ShadingSamples(
                 lambda k: self._visible(k, view, False),
-                lambda k: _offset(view, k),
+                lambda k: self.look(k).offset,
                 (self._correspondence_pass, self._gather_pass),
                 self._pages,
                 self.geometry_buffer,
+                film=lambda k: film_offset(view, self.look(k)),
                 visibility=visibility,
                 memory_budget=self._memory_budget,
             )
@@ -269,8 +278,30 @@ class SurfaceSampler:
             return surface
         return replace(surface, material_table=self._material_table, layout=self._layout)
 
+    def set_exposure(self, exposure: Exposure | None) -> bool:
+        """What moves while the shutter is open, as read for the geometry that is set; None for
+        nothing. False when nothing did before either."""
+        if exposure is None and self._exposure is None:
+            return False
+        self._exposure = exposure
+        self._forget()
+        return True
+
+    def look(self, index: int) -> VisibilitySample:
+        """Through where and when sample `index` looks.
+
+        Raises:
+            RuntimeError: no view was set yet.
+        """
+        if self._view is None:
+            raise RuntimeError("set a view before sampling it")
+        objects = len(self._geometry.object_names)
+        return visibility_sample(self._view, index, self._exposure, objects)
+
     def _visible(self, index: int, view: View, with_objects: bool) -> VisibleSurface:
-        return self._visible_pass.draw(view, _offset(view, index), with_objects=with_objects)
+        return draw_visibility_sample(
+            self._visible_pass, view, self.look(index), with_objects=with_objects
+        )
 
     def _gathered(self, index: int, view: View, with_objects: bool) -> SurfaceBuffer:
         """A sample as the cache has it, kept if there is room."""
@@ -332,12 +363,6 @@ class SurfaceSampler:
         self._gather_pass = GatherPass(self._pages, origin)
 
 
-def _offset(view: View, index: int) -> tuple[float, float]:
-    """A sample's place, pixels (x, y) from the pixels' centres."""
-    x, y = pixel_offsets(view.pixel_filter, 1, first=index)[0]
-    return float(x), float(y)
-
-
 def _near_clip(view: View) -> float:
     """Metres from the camera to its near plane (from the projection matrix)."""
     c = view.clip_from_camera
@@ -348,8 +373,8 @@ def _near_clip(view: View) -> float:
 
 def _same_view(a: View, b: View) -> bool:
     return (
-        (a.width, a.height, a.perspective, a.pixel_filter)
-        == (b.width, b.height, b.perspective, b.pixel_filter)
+        (a.width, a.height, a.perspective, a.pixel_filter, a.lens)
+        == (b.width, b.height, b.perspective, b.pixel_filter, b.lens)
         and np.array_equal(a.world_from_camera, b.world_from_camera)
         and np.array_equal(a.clip_from_camera, b.clip_from_camera)
     )

@@ -35,6 +35,7 @@ from ..glsl.shader import (
     read_texture,
 )
 from ..progress import Progress, silent
+from ..scene.exposure import Exposure
 from ..scene.geometry import SceneGeometry
 from ..scene.light import Light
 from ..scene.light_linking import LightLinking
@@ -183,6 +184,15 @@ class RelightSession:
         self._mix.clear()
         self._touch(VIEW)
         self._follow_glow()
+
+    def set_exposure(self, exposure: Exposure | None) -> None:
+        """What moves while the shutter is open, as it was read for the geometry; None for nothing.
+
+        Other geometry drops it.
+        """
+        if self._sampler.set_exposure(exposure):
+            self._mix.clear()
+            self._touch(VIEW)
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         """Lights were edited, added or removed; only what depends on that is redone."""

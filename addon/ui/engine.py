@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import math
 import traceback
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
 
 import bpy
 import numpy as np
@@ -18,6 +19,9 @@ from . import compatible_panels
 from .light_passes import Pixels, add_up, light_passes
 from .unbaked_picture import draw_unbaked
 from .viewport import Viewport
+
+if TYPE_CHECKING:
+    from .scene_session import SceneSession
 
 ENGINE = "RELUME"
 
@@ -72,6 +76,7 @@ class RelumeEngine(bpy.types.RenderEngine):
         self.update_stats("", "Relume: loading the cache")
         opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
         opened.session.set_view(view)
+        self._expose(depsgraph, opened, view)
         picture = opened.session.render(self._progress)
         self.update_stats("", f"Relume: {opened.describe()}")
         for sentence in opened.stale:
@@ -84,6 +89,23 @@ class RelumeEngine(bpy.types.RenderEngine):
             names = light_passes(depsgraph.scene)
             passes |= add_up((height, width), picture.layers, names, picture.glowing)
         return passes
+
+    def _expose(self, depsgraph: Any, opened: SceneSession, view: View) -> None:
+        """Tell the session what moves while the shutter is open."""
+        scene = depsgraph.scene
+        if not scene.render.use_motion_blur:
+            return
+
+        def read_at(frame: float, read: Callable[[Any], Any]) -> Any:
+            whole = math.floor(frame)
+            self.frame_set(whole, frame - whole)
+            return read(depsgraph)
+
+        frame, part = scene.frame_current, scene.frame_subframe
+        try:
+            opened.follow_exposure(scene, find_camera(scene), view, read_at)
+        finally:
+            self.frame_set(frame, part)
 
     def _progress(self, fraction: float, message: str) -> None:
         if self.test_break():

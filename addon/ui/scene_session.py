@@ -12,10 +12,12 @@ from ..caching.store import CacheStore
 from ..caching.what_changed import surely_stale
 from ..relight.session import RelightSession
 from ..relight.shadows.shadow_frustum import ShadowSettings
+from ..scene.exposure_reader import ReadAt, read_exposure
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_linking_reader import read_emitter_linking
 from ..scene.light_reader import read_lights
 from ..scene.surface_edit_reader import read_surface_edits
+from ..scene.view import View
 from ..scene.world import World
 from ..scene.world_reader import read_world
 from .cache_folder import cache_folder
@@ -72,6 +74,13 @@ class SceneSession:
         settings = scene.relume
         self.session.set_shadows(_SHADOWS[settings.shadows])
         self.session.set_muted(world=settings.mute_world, emission=settings.mute_emission)
+
+    def follow_exposure(self, scene: Any, camera: Any, view: View, read_at: ReadAt) -> None:
+        """Blur what moves while the shutter of a camera is open, if the scene's render settings
+        say so; see `read_exposure`."""
+        exposure = read_exposure(scene, camera, view, self._geometry, read_at)
+        self.session.set_exposure(exposure)
+        self._warnings["exposure"] = exposure.warnings if exposure is not None else ()
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:
         """Tell the session what changed in the scene."""

@@ -84,6 +84,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         cache_approximations,
         mixed,
         open_session,
+        read_exposure_of,
         read_scene,
         read_views,
         require_light,
@@ -99,6 +100,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     with applied_edits(scene, edits):
         arrays = mixed(read_scene(scene), args.solo, args.mute)
         view = read_views(scene, [args.camera], args.size)[0]
+        exposure = read_exposure_of(scene, view, arrays.geometry)
     require_light(scene, arrays)
     shown = arrays.geometry
     surface_edits = changes.over(arrays.surface_edits, shown.material_names, shown.object_names)
@@ -115,6 +117,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     session.set_view(view)
     filling = Filling(scene, arrays, args.cache, session, **arguments.filling(args))
     filling.fill(view, part_of(progress, 0.4, 0.6))
+    session.set_exposure(exposure)
     started = time.monotonic()
     picture = session.render(part_of(progress, 0.6, 0.95))
     filling.end()
@@ -138,7 +141,12 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "open_fraction": picture.coverage.open_fraction,
         "filled": filling.report(),
         "seconds_relight": round(seconds, 3),
-        "warnings": [*arrays.warnings, *session.warnings, *cache_approximations(args.cache)],
+        "warnings": [
+            *arrays.warnings,
+            *(exposure.warnings if exposure is not None else ()),
+            *session.warnings,
+            *cache_approximations(args.cache),
+        ],
     }
 
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.geometry_buffer import GeometryBuffer
-from ...corrmap.pixel_filter import pixel_offsets
 from ...corrmap.shading_samples import PixelListTextures
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
@@ -222,14 +221,14 @@ class LayerDrawing:
         world's light."""
 
         def draw(surface: SurfaceBuffer, target: Any) -> None:
-            offset = None
+            looking, offset = view, None
             if self._lists(stride) is None:
-                x, y = pixel_offsets(view.pixel_filter, 1, first=k)[0]
-                offset = (float(x), float(y))
+                look = self._sampler.look(k)
+                looking, offset = look.view, look.offset
             self._background_pass.draw(
                 surface,
                 world,
-                view,
+                looking,
                 target,
                 offset=offset,
                 film_transparent=film_transparent,

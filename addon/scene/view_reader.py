@@ -70,14 +70,16 @@ def read_view(
     )
 
 
-def render_region(view: View, render: Any) -> View:
-    """The part of a view that Blender's render settings ask for: all, or a render region."""
+def render_region(view: View, render: Any, margin: int = 0) -> View:
+    """The part of a view that Blender's render settings ask for: all, or a render region and
+    `margin` pixels about it."""
     if not render.use_border:
         return view
     # Blender rounds the region's edges down to whole pixels.
     left, right = int(render.border_min_x * view.width), int(render.border_max_x * view.width)
     bottom, top = int(render.border_min_y * view.height), int(render.border_max_y * view.height)
-    return view.region(left, bottom, max(right, left + 1), max(top, bottom + 1))
+    right, top = max(right, left + 1), max(top, bottom + 1)
+    return view.region(left - margin, bottom - margin, right + margin, top + margin)
 
 
 def read_viewport(region: Any, region_data: Any, scene: Any) -> View:

@@ -25,6 +25,10 @@ if TYPE_CHECKING:
 
 ENGINE = "RELUME"
 
+# Pixels about a render region that are drawn with it: what its border's pixels take from their
+# neighbours is there.
+_MARGIN = 4
+
 
 class RelumeEngine(bpy.types.RenderEngine):
     """Relights the scene from its cache."""
@@ -44,7 +48,9 @@ class RelumeEngine(bpy.types.RenderEngine):
         """A final picture of the scene's camera; F12."""
         scene = depsgraph.scene
         try:
-            view = render_region(read_view(depsgraph, find_camera(scene)), scene.render)
+            view = read_view(depsgraph, find_camera(scene))
+            margin = _MARGIN if scene.render.use_border else 0
+            view = render_region(view, scene.render, margin)
         except InputError as error:
             self._refuse(error)
             return
@@ -59,7 +65,7 @@ class RelumeEngine(bpy.types.RenderEngine):
             traceback.print_exc()
             self._refuse(error)
             return
-        self._deliver(depsgraph, passes)
+        self._deliver(depsgraph, {name: _without(p, margin) for name, p in passes.items()})
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
         """Tell the compositor which passes there are."""
@@ -145,6 +151,12 @@ class RelumeEngine(bpy.types.RenderEngine):
             self._viewport = Viewport()
         if self._viewport.draw(self, context, depsgraph):
             self.tag_redraw()
+
+
+def _without(pixels: Pixels, margin: int) -> Pixels:
+    """A picture without so many pixels along each side."""
+    height, width = pixels.shape[:2]
+    return pixels[margin : height - margin, margin : width - margin]
 
 
 def register() -> None:

@@ -114,11 +114,10 @@ def test_the_render_region_is_cut_out(scene: Any) -> None:
     render.border_min_y, render.border_max_y = 0.5, 1.0
     inside = (slice(HEIGHT // 2, HEIGHT), slice(WIDTH // 4, 3 * WIDTH // 4))
     kept = f12(scene)
-    # The rays are those of the whole picture, to float32's rounding. What differs are edges of
-    # shadows, whose maps are fitted to what is seen, and fillings next to the region's border.
+    # The rays are those of the whole picture, to float32's rounding, which turns over a sample of a
+    # pixel here and there that meets an outline, its own or a shadow's.
     apart = np.abs(kept[inside] - whole[inside]).max(axis=-1)
-    assert np.mean(apart > 1e-5) < 0.05
-    assert apart.mean() < 1e-3
+    assert np.mean(apart > 1e-5) < 0.01
     assert np.count_nonzero(kept) < kept.size // 2
     render.use_crop_to_border = True
     cropped = f12(scene)

@@ -164,20 +164,23 @@ def _add_switch(tree: Any, strength: Any) -> None:
     tree.links.new(product.outputs[0], strength)
 
 
-def _let_glow_light(lights: bool) -> None:
+def _let_glow_light(scene: Any, lights: bool) -> None:
     """Whether what glows lights other surfaces, or is only seen."""
     import bpy
 
     trees: list[Any] = [m.node_tree for m in bpy.data.materials if m.node_tree is not None]
     trees += [group for group in bpy.data.node_groups if group.bl_idname == "ShaderNodeTree"]
-    for tree in trees:
-        for node in tree.nodes:
-            if node.label == _SWITCH:
-                node.inputs[1].default_value = float(lights)
+    switches = [node for tree in trees for node in tree.nodes if node.label == _SWITCH]
+    for switch in switches:
+        switch.inputs[1].default_value = float(lights)
     for material in bpy.data.materials:
         if hasattr(material, "cycles"):
             # Which only decides how noise is kept low.
             material.cycles.emission_sampling = "FRONT_BACK" if lights else "NONE"
+    if switches:
+        # What Cycles keeps for the next render would go on sampling what glows as the first one
+        # did: in vain beside each light, which triples the noise, or not at all.
+        scene.render.use_persistent_data = not lights
 
 
 def render_reference(
@@ -269,7 +272,7 @@ def _only_these_lights(scene: Any) -> Iterator[Callable[[Sequence[str]], None]]:
 
     def choose(names: Sequence[str]) -> None:
         scene.world = None if names else world
-        _let_glow_light(not names)
+        _let_glow_light(scene, not names)
         for light in lights:
             light.hide_render = light.name not in names
 

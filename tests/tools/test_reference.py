@@ -128,13 +128,34 @@ def test_a_hidden_light_stays_dark_and_the_scene_is_put_back(scene: Any) -> None
     assert scene.world == world
 
 
-def test_what_glows_is_seen_once_and_lights_once(scene: Any) -> None:
-    panel = add_plane("Panel", 0.3, 1.0)
-    tree = panel.data.materials[0].node_tree
+def glow(plane: Any, strength: float) -> None:
+    tree = plane.data.materials[0].node_tree
     emission = tree.nodes.new("ShaderNodeEmission")
-    emission.inputs["Strength"].default_value = 7.0
+    emission.inputs["Strength"].default_value = strength
     output = next(node for node in tree.nodes if node.bl_idname == "ShaderNodeOutputMaterial")
     tree.links.new(emission.outputs[0], output.inputs[0])
+
+
+def test_what_glows_adds_no_noise_to_the_lights(scene: Any) -> None:
+    """Their layers are the same to the bit, in a second view too."""
+    scene.objects["Bulb"].data.shadow_soft_size = 0.5
+    lamp, dark = add_plane("Lamp", 0.3, 4.0), add_plane("Dark", 0.3, 5.0)
+    glow(lamp, 0.0)
+    prepare(scene)
+    alone = render(scene).layers
+    glow(dark, 7.0)
+    prepare(scene)
+    for _ in range(2):
+        beside = render(scene)
+        assert beside.base[0][..., :3].max() > 1e-3
+        for name, halves in alone.items():
+            assert np.array_equal(beside.layers[name], halves), name
+    assert not np.array_equal(*alone["Bulb",])  # It is noisy.
+
+
+def test_what_glows_is_seen_once_and_lights_once(scene: Any) -> None:
+    panel = add_plane("Panel", 0.3, 1.0)
+    glow(panel, 7.0)
     panel.visible_shadow = False
     prepare(scene)
     found = render(scene)
@@ -147,8 +168,8 @@ def test_what_glows_is_seen_once_and_lights_once(scene: Any) -> None:
     x = (np.arange(SIZE[0]) + 0.5 - SIZE[0] / 2) * pixel
     y = (0.5 - SIZE[1] / 2) * pixel
     squared = 1.0 + (u - x[:, None, None]) ** 2 + (v - y) ** 2
-    glow = ALBEDO / np.pi * 7.0 * (1.0 / squared**2).mean(axis=(1, 2)) * 0.36
-    wanted = expected(scene, bulb=True, sun=True)[0] + glow
+    from_panel = ALBEDO / np.pi * 7.0 * (1.0 / squared**2).mean(axis=(1, 2)) * 0.36
+    wanted = expected(scene, bulb=True, sun=True)[0] + from_panel
     # 16 samples of the panel, of which 24 pixels' mean is looked at.
     assert found.rgba[0, :, 0].mean() == pytest.approx(wanted.mean(), rel=0.01)
     for halves in found.layers.values():

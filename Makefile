@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # make demo        the main job, from an empty checkout to pictures in out/demo/
-# make test        the tests
+# make test        the tests, on all cores; PYTEST_ARGS="-n 0 -x tests/ui" for some, in one process
 # make lint        style, types and who may import whom
 # make extension   dist/relume-*.zip, to be installed in Blender
 # make bench-placement   time and memory of camera placement; BENCH_ARGS="A.blend --runs 1"
@@ -21,6 +21,10 @@ SHELL := /bin/bash
 PYTHON3 ?= python3
 READY := .venv/.relume-ready
 RUN := .venv/bin/python
+# A file's tests stay together, since they share what a bake left; files go in their own order,
+# long ones first. A test that takes Blender down with it is tried again in a new process.
+WORKERS := --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-reorder \
+	--max-worker-restart 2
 
 .PHONY: accuracy scene-accuracy demo test lint extension bench-placement bench-placement-quality \
 	bench-caching bench-flight bench-relight write-back machine clean
@@ -29,7 +33,7 @@ demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
 
 test: $(READY) machine
-	$(RUN) -m pytest $(PYTEST_ARGS)
+	$(RUN) -m pytest $(WORKERS) $(PYTEST_ARGS)
 
 lint: $(READY)
 	$(RUN) -m ruff check .

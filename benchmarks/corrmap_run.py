@@ -55,6 +55,7 @@ def moves(scene_path: str, cache: str, size: str, runs: str, count: str) -> dict
 
     from addon.relight.layers.fence import Fence
     from addon.relight.session import RelightSession
+    from addon.relight.shadows.shadow_frustum import ShadowSettings
     from tools.cache_check import check_cache
     from tools.gpu_context import open_gpu
     from tools.relit import read_scene, read_views
@@ -63,7 +64,7 @@ def moves(scene_path: str, cache: str, size: str, runs: str, count: str) -> dict
     store = first_cameras(check_cache(arrays.geometry, Path(cache), arrays.frame), int(count))
     open_gpu()
     started = time.perf_counter()
-    session = RelightSession(arrays.geometry, store, 16)
+    session = RelightSession(arrays.geometry, store, 16, ShadowSettings(method="auto"))
     session.set_lights(arrays.lights)
     session.set_world(arrays.world)
     loaded = time.perf_counter() - started

@@ -13,8 +13,9 @@ from .surfaces import Surfaces
 from .what_changed import ChangesInSight
 
 # What of a plan may differ between the pictures of one cache: constants are the plan's own, and
-# the pictures of a camera that sees no change hold none of a material that has other ones.
-_FREE = ("constants", "material_constants", "material_names", "approximations")
+# the pictures of a camera that sees no change hold none of a material that has other ones. Normals
+# are in the pictures wherever they are read.
+_FREE = ("constants", "material_constants", "material_names", "approximations", "mesh_normals")
 
 
 @dataclass

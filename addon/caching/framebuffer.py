@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
+from ..scene.octahedral import NORMAL_BYTES
 from .channels import CHANNEL_BY_NAME, Precision
-from .octahedral import NORMAL_BYTES
 from .precision import wide_channels
 
 

@@ -8,7 +8,7 @@ left is stored in each texel, its components once where they are equal.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from ..errors import InputError
 from .channels import CHANNEL_BY_NAME, Channel, channels_of
@@ -33,6 +33,7 @@ def plan_channels(
     effects: Sequence[Sequence[str]],
     *,
     has_ambient: bool,
+    bent: Collection[int] = (),
 ) -> ChannelPlan:
     """Where each channel lives.
 
@@ -41,6 +42,7 @@ def plan_channels(
         materials: their lobes.
         effects: of each, a sentence for everything that is approximated.
         has_ambient: whether ambient occlusion is wanted.
+        bent: which materials have a displacement, whose bump is in all of their normals.
 
     Raises:
         InputError: a material has a constant that is not finite.
@@ -63,6 +65,14 @@ def plan_channels(
         same=places.same,
         grey=frozenset(places.grey),
         lobes=lobes,
+        mesh_normals={
+            name: tuple(
+                number not in bent and use in (None, _SHADING_NORMAL)
+                for number, use in enumerate(uses)
+            )
+            for name, uses in places.stored.items()
+            if CHANNEL_BY_NAME[name].field == "normal"
+        },
     )
 
 

@@ -23,9 +23,9 @@ from typing import Literal, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from ..scene.octahedral import GLSL as OCTAHEDRAL_GLSL
+from ..scene.octahedral import to_codes
 from .channels import CHANNEL_BY_NAME, Channel
-from .octahedral import GLSL as OCTAHEDRAL_GLSL
-from .octahedral import to_codes
 from .plan import ChannelPlan
 
 # Depth is tested in every search and has a texture of its own.

@@ -46,6 +46,8 @@ class ChannelPlan:
         same: for each channel that equals a stored one in every material, that one's name.
         grey: stored channels whose three components are equal; one is stored.
         lobes: most lobes that any material has, at least 1.
+        mesh_normals: for each stored normal, whether it is in each material the one that the mesh
+            itself interpolates, so that it need not be read from texels; none in older caches.
     """
 
     stored: tuple[str, ...]
@@ -56,6 +58,7 @@ class ChannelPlan:
     same: Mapping[str, str] = field(default_factory=dict)
     grey: frozenset[str] = frozenset()
     lobes: int = 1
+    mesh_normals: Mapping[str, tuple[bool, ...]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in (*self.stored, *self.constants, *self.material_constants, *self.same):
@@ -66,10 +69,10 @@ class ChannelPlan:
         for name, values in self._constants():
             if len(values) != CHANNEL_BY_NAME[name].components:
                 raise ValueError(f"channel {name!r} has the constant {values!r}")
-        for name, every in self.material_constants.items():
+        for name, every in {**self.material_constants, **self.mesh_normals}.items():
             if len(every) != len(self.material_names):
                 raise ValueError(f"channel {name!r} is not given for every material")
-        if not (set(self.same.values()) | self.grey) <= set(self.stored):
+        if not (set(self.same.values()) | self.grey | set(self.mesh_normals)) <= set(self.stored):
             raise ValueError("a channel is said to be one that is not stored")
 
     def _constants(self) -> list[tuple[str, Values]]:
@@ -111,6 +114,7 @@ class ChannelPlan:
             "same": dict(self.same),
             "grey": sorted(self.grey),
             "lobes": self.lobes,
+            "mesh_normals": {name: list(every) for name, every in self.mesh_normals.items()},
         }
 
     @classmethod
@@ -131,6 +135,10 @@ class ChannelPlan:
             same={str(name): str(other) for name, other in data["same"].items()},
             grey=frozenset(str(name) for name in data["grey"]),
             lobes=int(data["lobes"]),
+            mesh_normals={
+                str(name): tuple(bool(x) for x in every)
+                for name, every in data.get("mesh_normals", {}).items()
+            },
         )
 
 

@@ -92,6 +92,7 @@ def specialized(
             [material.lobes for material in materials],
             [material.effects for material in materials],
             has_ambient=ambient_samples > 0,
+            bent=[number for number, m in enumerate(materials) if _has_bump(m.copy)],
         )
         # The Ambient Occlusion node takes cut-outs for solid: there a sky's light is measured.
         in_sky = needs_sky(plan, materials)
@@ -148,6 +149,14 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     for effect in view_dependent_effects(output, reader.shaded):
         reader.report(effect)
     return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))
+
+
+def _has_bump(material: Any) -> bool:
+    """Whether a material's output bends the surface's own normal."""
+    if material is None or material.node_tree is None:
+        return False
+    output = _active_output(material.node_tree)
+    return output is not None and output.inputs["Displacement"].is_linked
 
 
 def _is_displaced(material: Any, output: Any) -> bool:

@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..native_lines import without_lines
+from ..scene.octahedral import from_words, to_words
 from ..whole_file import (
     flush_file,
     flush_folder,
@@ -50,7 +51,6 @@ from .folder_lock import LOCK_NAME, locked
 from .frame_state import FramePicture, FrameState, frame_ranges
 from .framebuffer import DeepFramebuffer
 from .manifest_seal import is_sealed, sealed
-from .octahedral import from_words, to_words
 from .plan import ChannelPlan
 from .seen_surfaces import Seen
 from .surfaces import Surfaces

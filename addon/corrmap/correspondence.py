@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,7 @@ from ..glsl.shader import (
 )
 from .camera_table import CAMERA_SAMPLERS, camera_table
 from .candidate_cameras import CANDIDATE_DEFINES, CANDIDATE_SAMPLERS, CandidatePass
+from .shading_normals import MeshNormalPass, ShadingNormalPass
 from .surface_buffer import SurfaceBuffer
 from .tile_pages import TilePages
 from .visible_surface import VisibleSurface
@@ -116,10 +117,22 @@ class CorrespondencePass:
 
 
 class GatherPass:
-    """Reads the surfaces' parameters through a correspondence map."""
+    """Reads the surfaces' parameters through a correspondence map.
 
-    def __init__(self, pages: TilePages, origin: NDArray[np.float64]) -> None:
+    Args:
+        pages: the cache on the GPU.
+        origin: of local space.
+        normals: of the mesh, where some are smooth and some material has them.
+    """
+
+    def __init__(
+        self,
+        pages: TilePages,
+        origin: NDArray[np.float64],
+        normals: ShadingNormalPass | None = None,
+    ) -> None:
         self._pages = pages
+        self._normals = normals
         self._origin = np.array(origin, dtype=np.float64)
         self._cameras = camera_table(pages.cameras, pages.numbers, origin, pages.scale_shifts)
         # Position is handed through from the visible surface; the rest is written here.
@@ -137,10 +150,15 @@ class GatherPass:
             name="gather",
             fragment="gather",
             library=("material_table", *_LIBRARY),
-            defines=(*pages.defines, *((_SHIFTS,) if pages.shifts_scales else ())),
+            defines=(
+                *pages.defines,
+                *((_SHIFTS,) if pages.shifts_scales else ()),
+                *((("HAS_CORNER_NORMALS", "1"),) if self._normals is not None else ()),
+            ),
             generated=unread + pages.glsl(),
             samplers=(
                 *_VISIBLE_SAMPLERS,
+                *((("visible_shading_normal", "FLOAT_2D"),) if self._normals is not None else ()),
                 ("correspondence", "FLOAT_2D"),
                 *CAMERA_SAMPLERS,
                 *pages.samplers,
@@ -167,6 +185,8 @@ class GatherPass:
             "camera_table": self._cameras,
             **self._pages.textures(),
         }
+        if self._normals is not None:
+            textures["visible_shading_normal"] = self._normals.draw(visible)
         with nullcontext() if onto is None else adding():
             for part, program in enumerate(self._programs):
                 start = part * MAX_COLOR_SLOTS
@@ -185,6 +205,16 @@ class GatherPass:
             layout=self._pages.surface_layout,
             objects=visible.objects,
         )
+
+    def at(self, visible: VisibleSurface, surface: SurfaceBuffer) -> SurfaceBuffer:
+        """Surfaces that were gathered elsewhere on the same, at the places that are seen: normals
+        that the mesh gives are those there."""
+        placed = replace(surface, position=visible.position, geometric_normal=visible.normal)
+        if not surface.layout.mesh_normals:
+            return placed
+        normal = visible.normal if self._normals is None else self._normals.draw(visible)
+        program = MeshNormalPass(surface.layout, surface.material_table)
+        return replace(placed, values=program.draw(visible.position, normal, surface.values))
 
 
 @dataclass(frozen=True)

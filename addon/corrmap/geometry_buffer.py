@@ -15,6 +15,7 @@ from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
 from ..glsl.triangles import depth_tested, triangle_batch
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.geometry import Cutout, SceneGeometry
+from .corner_normal_table import CornerNormalTable
 from .pose_table import POSE_SAMPLERS
 from .triangle_table import TABLE_SAMPLERS, TriangleTable
 
@@ -189,6 +190,19 @@ class GeometryBuffer:
             np.einsum("tx,tx->t", normal, corner),
             geometry.material_id[order],
             geometry.object_id[order],
+        )
+
+    @cached_property
+    def corner_normals(self) -> CornerNormalTable | None:
+        """The normals of each triangle's corners; None where every face is flat."""
+        geometry, order = self._geometry, self.scene_triangle
+        if geometry.corner_normals is None:
+            return None
+        return CornerNormalTable.upload(
+            geometry.vertices - self.origin,
+            geometry.triangles[order],
+            geometry.normal[order],
+            geometry.corner_normals[order],
         )
 
     def draw(

@@ -88,7 +88,10 @@ class MaterialTable:
         for row, (name, component) in enumerate(self._layout.constants):
             every = [value[component] for value in plan.material_constants[name]]
             constants[row] = [every[usual], *every, every[usual]]
-        parts = [means, constants, self.scales(packing)]
+        # What the cache does not know is taken for something without bumps.
+        of_mesh = [[1.0, *plan.mesh_normals[name], 1.0] for name in self._layout.mesh_normals]
+        flags = np.reshape(of_mesh, (-1, self._columns))
+        parts = [means, constants, flags, self.scales(packing)]
         if added is not None:
             parts.append(added.scales(packing))
         rows = np.concatenate([_in_fours(part) for part in parts])

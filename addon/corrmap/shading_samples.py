@@ -7,7 +7,8 @@ further ones that `pixel_lists` asks for. Passes shade it as they shade a pictur
 A sample's parameters are the mean of what the cache says at several hits in its cell, so that
 textures finer than a pixel are as smooth as with a lookup for each visibility sample. Where it is
 shaded is another place for each sample of the lights: the hit of that visibility sample, if it is
-on the same surface. So the edges of shadows and highlights are filtered as the pixels are.
+on the same surface, with the normal that the mesh has there unless the material bends it. So the
+edges of shadows and highlights are filtered as the pixels are.
 """
 
 from __future__ import annotations
@@ -48,6 +49,9 @@ _MOST = 1 << 24
 
 # A position, a normal and a triangle.
 _BYTES_OF_PLACES = 40
+
+# Of a texture of values, where normals are the mesh's there.
+_BYTES_OF_VALUES = 16
 
 # Texels in a row of what is uploaded as a plain row of values.
 _ROW = 4096
@@ -277,14 +281,13 @@ class ShadingSamples:
         known = self._kept.get(k)
         if known is None:
             hits = self._hits(k)
-            known = (
-                replace(self._mean, position=hits.position, geometric_normal=hits.normal),
-                hits.triangles,
-            )
+            known = self._gather.at(hits, self._mean), hits.triangles
         surface, triangles = known
         if with_objects and surface.objects is None:
             surface = replace(surface, objects=self._objects_of(triangles))
-        size = _BYTES_OF_PLACES * surface.width * surface.height
+        own_values = len(surface.layout.textures_with_mesh_normals)
+        texel_bytes = _BYTES_OF_PLACES + own_values * _BYTES_OF_VALUES
+        size = texel_bytes * surface.width * surface.height
         if k in self._kept or size * (len(self._kept) + 1) < self._memory_budget:
             self._kept[k] = (surface, triangles)
         return surface

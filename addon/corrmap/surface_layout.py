@@ -8,7 +8,7 @@ what is constant over the scene is a number in the shader's text.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -84,9 +84,20 @@ class SurfaceLayout:
         return self.texture_count
 
     @property
-    def scale_row(self) -> int:
-        """The material table's first row behind them."""
+    def mesh_normal_row(self) -> int:
+        """The material table's row behind them: which of the `mesh_normals` the mesh gives (1) and
+        which the texels (0), if there are any."""
         return self.constant_row - (-len(self.constants) // 4)
+
+    @property
+    def mesh_normals(self) -> tuple[str, ...]:
+        """The stored normals that the mesh gives in some materials; four at most, as lobes."""
+        return tuple(name for name, every in self.plan.mesh_normals.items() if any(every))
+
+    @property
+    def scale_row(self) -> int:
+        """The material table's first row behind that."""
+        return self.mesh_normal_row + bool(self.mesh_normals)
 
     @property
     def value_names(self) -> tuple[str, ...]:
@@ -132,16 +143,23 @@ class SurfaceLayout:
         return any(name == define for name, _ in self.defines)
 
     def write_glsl(self) -> str:
-        """`write_values(CachedSurface, vec3 n)` and `write_means(int column, vec3 n)`, for the
-        outputs in `value_names`. Directions are made unit; where they cancelled, n takes their
-        place, as it does for a material's mean (a tangent along n is none: see bsdf.glsl)."""
+        """`write_values(CachedSurface, int column, vec3 n)` and `write_means(int column, vec3 n)`,
+        for the outputs in `value_names`, where n is the normal that the mesh interpolates.
+
+        Directions are made unit; where they cancelled, n takes their place, as it does for a
+        material's mean (a tangent along n is none: see bsdf.glsl), and wherever a material's normal
+        is the mesh's own."""
         normals = [name for name in self.plan.stored if CHANNEL_BY_NAME[name].is_direction]
-        lines = ["void write_values(CachedSurface s, vec3 n)", "{"]
+        lines = ["void write_values(CachedSurface s, int column, vec3 n)", "{"]
         for name in normals:
             lines.append(f"  float size_{name} = dot(s.{name}, s.{name});")
             lines.append(
                 f"  s.{name} = size_{name} > 0.0 ? s.{name} * inversesqrt(size_{name}) : n;"
             )
+        if self.mesh_normals:
+            lines.append(f"  vec4 of_mesh = material_value(column, {self.mesh_normal_row});")
+        for slot, name in enumerate(self.mesh_normals):
+            lines.append(f"  s.{name} = of_mesh.{'xyzw'[slot]} > 0.5 ? n : s.{name};")
         lines += [
             f"  {texture} = vec4({', '.join(self._components(i, 's.'))});"
             for i, texture in enumerate(self.value_names)
@@ -174,6 +192,29 @@ class SurfaceLayout:
         lines += [f"  {texture} = v{i};" for i, texture in enumerate(self.value_names)]
         return "\n".join([*lines, "}", ""])
 
+    @property
+    def textures_with_mesh_normals(self) -> tuple[int, ...]:
+        """Which of the values' textures hold one of `mesh_normals`."""
+        places = [self._value_place[name, i] for name in self.mesh_normals for i in range(3)]
+        return tuple(sorted({place // 4 for place in places}))
+
+    def mesh_normals_glsl(self, textures: Sequence[int]) -> str:
+        """`write_mesh_normals(ivec2 texel, int column, vec3 n)`, for some of the outputs in
+        `value_names`: what textures named mean_... hold, but n wherever the mesh gives it."""
+        lines = ["void write_mesh_normals(ivec2 texel, int column, vec3 n)", "{"]
+        lines.append(f"  vec4 of_mesh = material_value(column, {self.mesh_normal_row});")
+        for i in textures:
+            name = self.value_names[i]
+            lines.append(f"  {name} = texelFetch(mean_{name}, texel, 0);")
+        for slot, name in enumerate(self.mesh_normals):
+            for index in range(3):
+                texture, component = divmod(self._value_place[name, index], 4)
+                if texture in textures:
+                    target = f"{self.value_names[texture]}.{'xyzw'[component]}"
+                    given = f"of_mesh.{'xyzw'[slot]} > 0.5"
+                    lines.append(f"  {target} = {given} ? n.{'xyz'[index]} : {target};")
+        return "\n".join([*lines, "}", ""])
+
     def _components(self, texture: int, prefix: str) -> list[str]:
         some = self.values[4 * texture : 4 * texture + 4]
         parts = [
@@ -195,7 +236,7 @@ class SurfaceLayout:
             f"  vec4 v{i} = texelFetch({name}, texel, 0);"
             for i, name in enumerate(self.value_names)
         ]
-        rows = self.scale_row - self.constant_row
+        rows = self.mesh_normal_row - self.constant_row
         lines += [f"  vec4 m{i} = material_value(column, {self.constant_row + i});"
                   for i in range(rows)]  # fmt: skip
         for name in ("emission", "ambient_occlusion"):

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..caching.framebuffer import DeepFramebuffer
 from ..caching.plan import ChannelPlan
@@ -27,6 +26,7 @@ from .correspondence import (
     measure_coverage,
 )
 from .geometry_buffer import GeometryBuffer
+from .shading_normals import ShadingNormalPass
 from .shading_samples import PixelListTextures, ShadingSamples, fits_lists
 from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
@@ -190,7 +190,7 @@ class SurfaceSampler:
         self._apply_edits()
         self._forget()
         if self._buffer is not None:
-            self._search(self._buffer.origin)
+            self._search(self._buffer)
 
     def set_view(self, view: View) -> bool:
         """Look from another camera; False when it is the same one."""
@@ -355,12 +355,17 @@ class SurfaceSampler:
         # Local space has its origin at the view, where precision matters most.
         self._buffer = GeometryBuffer(self._geometry, view.origin)
         self._visible_pass = VisibleSurfacePass(self._buffer)
-        self._search(self._buffer.origin)
+        self._search(self._buffer)
 
-    def _search(self, origin: NDArray[np.float64]) -> None:
+    def _search(self, buffer: GeometryBuffer) -> None:
         """Make the passes that look for texels in the pages."""
+        origin = buffer.origin
         self._correspondence_pass = CorrespondencePass(self._pages, origin)
-        self._gather_pass = GatherPass(self._pages, origin)
+        # Only where some material has the normals of the mesh, and some of these are smooth.
+        is_smooth = self._geometry.corner_normals is not None
+        reads = is_smooth and self._pages.surface_layout.mesh_normals
+        normals = ShadingNormalPass(buffer) if reads else None
+        self._gather_pass = GatherPass(self._pages, origin, normals)
 
 
 def _near_clip(view: View) -> float:

@@ -52,6 +52,9 @@ class SceneGeometry:
         warnings: one sentence for each thing left out or approximated.
         object_states: for each of `object_names` a digest of what its materials can read of it
             beside its triangles; none for arrays that were not read from Blender.
+        corner_normals: (T, 3, 2) uint16 codes (`octahedral`) of the unit normals that are
+            interpolated for shading, world space, on the side of `normal`; None where every
+            face is flat.
         full_names: for each of `object_names` the full name of who instances it ("" where
             nobody does) and its own, libraries in them; none for arrays likewise.
     """
@@ -70,6 +73,7 @@ class SceneGeometry:
     warnings: tuple[str, ...] = ()
     object_states: tuple[bytes, ...] = ()
     full_names: tuple[tuple[str, str], ...] = ()
+    corner_normals: NDArray[np.uint16] | None = None
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -13,6 +13,7 @@ from ..errors import InputError
 from .cutout_reader import CutoutSource, read_cutout_source
 from .geometry import Cutout, SceneGeometry
 from .mesh_reader import MESH_TYPES, WEIGHT_NAME, MeshArrays, read_mesh
+from .octahedral import to_codes
 from .surface_state_reader import instance_state
 
 # The name under which triangles without a material are kept.
@@ -82,6 +83,17 @@ class _Part:
     def material_id(self) -> NDArray[np.int32]:
         """(T,) indices into the scene's materials."""
         return self.material_of_slot[np.minimum(self.mesh.slot, len(self.material_of_slot) - 1)]
+
+    def corner_normals(self) -> NDArray[np.float64] | None:
+        """(T, 3, 3) world space, of any length; None where every face is flat."""
+        normals = self.mesh.corner_normals
+        if normals is None:
+            return None
+        x, y, z = self.world_from_object[:3, :3].T
+        # The inverse transpose times the determinant, which a matrix without an inverse has too.
+        cofactors = np.stack([np.cross(y, z), np.cross(z, x), np.cross(x, y)])
+        turned = normals.astype(np.float64) @ (-cofactors if self.is_mirrored else cofactors)
+        return turned[:, ::-1] if self.is_mirrored else turned
 
     def weights(self) -> NDArray[np.float32]:
         """(T,) what the artist painted on the mesh; 1 where nothing is."""
@@ -224,6 +236,7 @@ def _clean(collector: _Collector) -> SceneGeometry:
     uv = None
     if any(name is not None for name in map_of_material):
         uv = np.concatenate([part.uv(map_of_material) for part in parts])[keep]
+    corner_normals = _corner_normals(parts, vertices, triangles)
     object_weight = np.array([part.weight for part in parts])
     weight = object_weight[object_id] * np.array(collector.material_weights)[material_id]
     if any(part.mesh.weight is not None for part in parts):
@@ -247,7 +260,33 @@ def _clean(collector: _Collector) -> SceneGeometry:
         warnings=tuple(collector.warnings),
         object_states=tuple(part.state for part in parts),
         full_names=tuple(part.full_names for part in parts),
+        corner_normals=None if corner_normals is None else corner_normals[keep],
     )
+
+
+def _corner_normals(
+    parts: list[_Part], vertices: NDArray[np.float64], triangles: NDArray[np.int32]
+) -> NDArray[np.uint16] | None:
+    """(T, 3, 2) codes of what is interpolated for shading; None where every face is flat."""
+    if all(part.mesh.corner_normals is None for part in parts):
+        return None
+    codes = np.empty((len(triangles), 3, 2), dtype=np.uint16)
+    end = 0
+    for part in parts:
+        first, end = end, end + len(part.mesh.triangles)
+        normals = part.corner_normals()
+        for start in range(first, end, _CHUNK):
+            some = slice(start, min(start + _CHUNK, end))
+            a, b, c = (vertices[corner] for corner in triangles[some].T)
+            flat = np.cross(b - a, c - a)[:, None]
+            if normals is None:
+                codes[some] = to_codes(flat)
+                continue
+            smooth = normals[some.start - first : some.stop - first]
+            size = np.linalg.norm(smooth, axis=-1, keepdims=True)
+            usable = np.isfinite(size) & (size > 0.0)
+            codes[some] = to_codes(np.where(usable, smooth, flat))
+    return codes
 
 
 def _have_area(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:

@@ -32,6 +32,8 @@ class MeshArrays:
         weight: (T,) float32 in [0, 1], the mean over each triangle's corners of the vertex group
             or attribute WEIGHT_NAME; None without one.
         state: digest of what its materials can read of it (`surface_state_reader`).
+        corner_normals: (T, 3, 3) float32 unit normals that are interpolated for shading; None
+            where every face is flat.
     """
 
     vertices: NDArray[np.float64]
@@ -41,6 +43,7 @@ class MeshArrays:
     active_uv: str
     weight: NDArray[np.float32] | None = None
     state: bytes = b""
+    corner_normals: NDArray[np.float32] | None = None
 
 
 def read_mesh(evaluated: Any) -> MeshArrays | None:
@@ -73,9 +76,19 @@ def read_mesh(evaluated: Any) -> MeshArrays | None:
         weight = _weight(evaluated, mesh, corners, loops.reshape(-1, 3))
         positions = vertices.reshape(-1, 3).astype(np.float64)
         state = mesh_state(mesh, WEIGHT_NAME)
-        return MeshArrays(positions, corners, slot, uv, active, weight, state)
+        normals = _corner_normals(mesh, loops)
+        return MeshArrays(positions, corners, slot, uv, active, weight, state, normals)
     finally:
         evaluated.to_mesh_clear()
+
+
+def _corner_normals(mesh: Any, loops: NDArray[np.int32]) -> NDArray[np.float32] | None:
+    """(T, 3, 3) of the triangles' (T * 3,) corners; None where every face is flat."""
+    if mesh.normals_domain == "FACE":
+        return None
+    normals = np.empty(len(mesh.loops) * 3, dtype=np.float32)
+    mesh.corner_normals.foreach_get("vector", normals)
+    return normals.reshape(-1, 3)[loops].reshape(-1, 3, 3)
 
 
 def _weight(

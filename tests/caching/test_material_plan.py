@@ -8,7 +8,8 @@ import math
 import pytest
 
 from addon.caching.material_plan import plan_channels
-from addon.caching.specialize_expression import Constant
+from addon.caching.plan import ChannelPlan
+from addon.caching.specialize_expression import Constant, Socket
 from addon.caching.specialize_lobes import Lobe, Lobes
 from addon.errors import InputError
 
@@ -31,3 +32,21 @@ def test_the_largest_number_is_finite() -> None:
     glowing = Lobes(emission=Constant((3.4e38, 0.0, 0.0)))
     plan = plan_channels(["glowing"], [glowing], [()], has_ambient=False)
     assert plan.constants["emission"] == (3.4e38, 0.0, 0.0)
+
+
+def test_which_normals_are_the_mesh_s_own() -> None:
+    leaning = Socket("a Bump node", "Normal", 3)
+    plain = Lobes.of(Lobe(diffuse_color=GREY))
+    bumped = Lobes.of(Lobe(diffuse_color=GREY, normal=leaning))
+    coated = Lobes((Lobe(diffuse_color=GREY), Lobe(specular_f0=GREY, normal=leaning)))
+    names, materials = ["plain", "bumped", "coated", "displaced"], [plain, bumped, coated, plain]
+    plan = plan_channels(names, materials, [()] * 4, has_ambient=False, bent=[3])
+    # Of a lobe that a material does not have nothing is read.
+    assert plan.mesh_normals == {
+        "normal": (True, False, True, False),
+        "normal_2": (True, True, False, False),
+    }
+    assert ChannelPlan.from_json(plan.to_json()) == plan
+    older = plan.to_json()
+    del older["mesh_normals"]
+    assert not ChannelPlan.from_json(older).mesh_normals

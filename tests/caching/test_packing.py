@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.caching.channels import ALL_CHANNELS, CHANNEL_BY_NAME, CHANNELS, MAX_LOBES
-from addon.caching.octahedral import from_codes, from_words, to_codes, to_words
 from addon.caching.packing import make_packing
 from addon.caching.plan import ChannelPlan
+from addon.scene.octahedral import from_codes, from_words, to_codes, to_words
 
 SIDE = 16
 

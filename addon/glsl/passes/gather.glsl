@@ -89,7 +89,7 @@ void main()
   vec4 position = texelFetch(visible_position, pixel, 0);
   surface_geometric_normal = vec4(0.0);
   clear_surface(blended);
-  write_values(blended, vec3(0.0));
+  write_values(blended, 0, vec3(0.0));
   if (position.w == 0.0) {
     return;
   }
@@ -111,14 +111,19 @@ void main()
     forget_directions(blended);
   }
   surface_geometric_normal = vec4(n, origin);
+#ifdef HAS_CORNER_NORMALS
+  vec3 N = texelFetch(visible_shading_normal, pixel, 0).xyz;
+#else
+  vec3 N = n;
+#endif
   if (blended_weight > 0.0) {
     CachedSurface mean;
     clear_surface(mean);
     add_surface(mean, blended, 1.0 / blended_weight);
-    /* Opposite normals may cancel; the triangle's own is then the best there is. */
-    write_values(mean, n);
+    /* Opposite normals may cancel; the mesh's own is then the best there is. */
+    write_values(mean, int(material), N);
   }
   else {
-    write_means(int(material), n);
+    write_means(int(material), N);
   }
 }

@@ -31,7 +31,7 @@ GLSL = f"""vec3 octahedral_normal(vec2 share)
 """
 
 
-def to_codes(normal: NDArray[np.float32]) -> NDArray[np.uint16]:
+def to_codes(normal: NDArray[np.floating]) -> NDArray[np.uint16]:
     """(..., 2) codes of (..., 3) vectors of any length; the middle for no vector."""
     exact = normal.astype(np.float64)
     size = np.abs(exact).sum(axis=-1, keepdims=True)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -254,7 +255,7 @@ class LayerDrawing:
             self._sampler.geometry,
             self._pass,
             self._visible_receivers()[0],
-            lambda toward: self._sun_shadow(surface, toward, stride),
+            lambda *asked: self._sun_shadow(surface, *asked, stride=stride),
             one_by_one=self._settings.method == "traced",
         )
         if sample_of[1] == 1:
@@ -323,16 +324,23 @@ class LayerDrawing:
         return self._pass.draw(light, sample, bounds, receivers, objects=casters, eye=eye)
 
     def _sun_shadow(
-        self, surface: SurfaceBuffer, toward: NDArray[np.float64], stride: int
+        self,
+        surface: SurfaceBuffer,
+        toward: NDArray[np.float64],
+        spots: NDArray[np.float64],
+        thorough: float,
+        *,
+        stride: int,
     ) -> Shadow:
-        """The shadow of what shines from a direction (3,) of the world."""
+        """The shadow of what shines from a direction (3,) of the world; see `EnvironmentScene`."""
         if self._pass is None:
             raise RuntimeError("set a view before drawing shadows")
         world_from_light = np.eye(4)
         world_from_light[:3, :3] = np.stack([*frame_across(toward), toward], axis=1)
         sun, sample = Light("", "SUN", world_from_light, 1.0, np.ones(3)), LightSample(toward, 1)
         if self._settings.method == "traced":
-            return self._tracing().draw(surface, sun, sample, stride=stride)
+            sample = replace(sample, spots=spots)
+            return self._tracing().draw(surface, sun, sample, stride=stride, thorough=thorough)
         receivers, eye = self._visible_receivers()
         bounds = self._sampler.geometry.bounds
         return self._pass.draw(sun, sample, bounds, receivers, eye=eye)

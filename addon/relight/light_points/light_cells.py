@@ -71,7 +71,7 @@ def square_cells(count: int, aspect: float = 1.0) -> tuple[Cell, ...]:
         for column in range(columns):
             corner = low + size * [column, 0]
             inside = np.array([_rank(rows)[row] / rows, _rank(columns)[column] / columns])
-            parts = (inside, _AROUND, _spots())
+            parts = (inside, _AROUND, unit_spots())
             point, corners, spots = (2.0 * (corner + size * part) - 1.0 for part in parts)
             cells.append(Cell(point, corners, spots))
     return tuple(cells[index] for index in _spread(count))
@@ -107,7 +107,7 @@ def concentric(square: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=1)
-def _spots() -> NDArray[np.float64]:
+def unit_spots() -> NDArray[np.float64]:
     """(SPOTS, 2) of the unit square: the first points of Sobol's sequence (1967), each in the
     middle of its sixteenth along either side."""
     number = np.arange(SPOTS)
@@ -118,7 +118,7 @@ def _spots() -> NDArray[np.float64]:
 
 def quarters() -> NDArray[np.int64]:
     """(SPOTS,) in which quarter of a cell each spot is."""
-    return np.asarray((_spots() >= 0.5) @ [1, 2])
+    return np.asarray((unit_spots() >= 0.5) @ [1, 2])
 
 
 @lru_cache(maxsize=64)

@@ -38,10 +38,6 @@ _ALL = (1 << SPOTS) - 1
 # Which spot a pixel of a 4 x 4 block looks at first: in each 2 x 2 four of different quarters.
 _FIRST = np.array([[0, 1, 4, 5], [2, 3, 6, 7], [8, 9, 12, 13], [10, 11, 14, 15]])
 
-# Where more than this share of the pixels sees a cell in parts, they look at four spots only, one
-# in each quarter: a sample takes ten rays a pixel at the most.
-_MOST_IN_PARTS = 0.5
-
 # A ray ends this share of its length before the light's point. What holds a lamp may lie exactly
 # at the point; the sum of the roundings of start, direction and length is a few spacings (1.2e-7).
 _SHORT_OF_LIGHT = 16.0 * float(np.finfo(np.float32).eps)
@@ -124,8 +120,9 @@ class TracedShadowPass:
         stride: int = 1,
         casters: NDArray[np.bool_] | None = None,
         objects: Any = None,
+        thorough: float = 0.5,
     ) -> TracedShadow:
-        """The shadow of one point of a light.
+        """The shadow of one point of a light, or of its cell.
 
         Args:
             surface: the sample of the view that is lit.
@@ -135,6 +132,8 @@ class TracedShadowPass:
             casters: (T,) bool: the triangles that cast it; None for all that are
                 `shadow_visible`. Each set that is met gets a tree of its own, once.
             objects: `ObjectShares.texture`; `surface` must then have its `objects`.
+            thorough: where more than this share of the pixels sees the cell in parts, they look at
+                four spots only, one in each quarter: by default it takes ten rays a pixel at most.
         """
         scene = self.local_scene(surface.origin)
         reach = self._reach.draw(surface, light, sample, stride, objects)
@@ -152,7 +151,7 @@ class TracedShadowPass:
             way=reach[row, column].astype(np.float64),
         )
         if len(sample.spots):
-            spots = _look_at_spots(rays, row, column, reach.shape[:2])
+            spots = _look_at_spots(rays, row, column, reach.shape[:2], thorough)
         else:
             spots = np.where(rays.reach_point(), _ALL, 0)
         picture = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
@@ -259,7 +258,11 @@ class _Rays:
 
 
 def _look_at_spots(
-    rays: _Rays, row: NDArray[np.int64], column: NDArray[np.int64], size: tuple[int, ...]
+    rays: _Rays,
+    row: NDArray[np.int64],
+    column: NDArray[np.int64],
+    size: tuple[int, ...],
+    thorough: float,
 ) -> NDArray[np.int64]:
     """(N,) the spots that N pixels see, a bit each.
 
@@ -268,6 +271,7 @@ def _look_at_spots(
         row: (N,) their rows.
         column: (N,) their columns.
         size: the picture's height and width.
+        thorough: see `TracedShadowPass.draw`.
     """
     first = _FIRST[row % 4, column % 4]
     looks = _Looks(len(row))
@@ -278,7 +282,7 @@ def _look_at_spots(
     several = looks.count > 1
     # In 3 x 3 as well, of four each.
     some = np.flatnonzero(several & _differ(looks, row, column, size, 1))
-    if len(some) <= _MOST_IN_PARTS * np.prod(size):
+    if len(some) <= thorough * np.prod(size):
         looks.look(rays, some, first[some, None] ^ np.arange(4, SPOTS))
     return looks.spots()
 

@@ -62,14 +62,16 @@ class EnvironmentScene:
         geometry: the scene's triangles.
         maps: draws shadow maps of many directions at once.
         receivers: (N, 3) float64 world space: points that are lit, to fit these maps to.
-        shadow: gives the finest shadow of the (3,) unit direction towards a sun.
+        shadow: gives the finest shadow of the (3,) unit direction towards a sun; looking about
+            it, at (SPOTS, 3) other directions if there are, and how thoroughly: where more than a
+            share of the pixels sees it in parts, at four of them.
         one_by_one: whether every direction has such a shadow.
     """
 
     geometry: SceneGeometry
     maps: ShadowPass
     receivers: NDArray[np.float64]
-    shadow: Callable[[NDArray[np.float64]], Shadow]
+    shadow: Callable[[NDArray[np.float64], NDArray[np.float64], float], Shadow]
     one_by_one: bool = False
 
 
@@ -142,22 +144,27 @@ class EnvironmentLight:
         for first in range(k * directions, (k + 1) * directions, _IN_ONE_PASS):
             points = sobol_points(first, min(_IN_ONE_PASS, (k + 1) * directions - first))
             residual = replace(lighting, control=True, lambert=not by_occlusion)
-            self._light_together(residual, world.source.draw(points, directions))
+            drawn = world.source.draw(points, directions)
+            if scene.one_by_one:
+                spots = world.source.spots(points, directions * count, first)
+                drawn = replace(drawn, spots=spots)
+            self._light_together(residual, drawn)
         if world.sun_source is not None:
             self._light(lighting, world.sun_source.draw(k, count))
         for ray in range(k * rays, (k + 1) * rays):
             self._trace(lighting, ray, directions)
 
-    def _light(self, lighting: _Lighting, directions: Directions) -> None:
+    def _light(self, lighting: _Lighting, directions: Directions, thorough: float = 0.5) -> None:
         """Light from directions that each have a shadow of their own."""
         for one in directions.each():
-            self._shade(lighting, one, lighting.scene.shadow(one.toward[0]))
+            spots = one.spots.reshape(-1, 3)
+            self._shade(lighting, one, lighting.scene.shadow(one.toward[0], spots, thorough))
 
     def _light_together(self, lighting: _Lighting, directions: Directions) -> None:
         """Light from directions of which each is a small part of the light."""
         scene = lighting.scene
         if scene.one_by_one or len(directions.toward) == 1:
-            self._light(lighting, directions)
+            self._light(lighting, directions, thorough=0.0)
             return
         shadow = scene.maps.draw_parallel(
             directions.toward,

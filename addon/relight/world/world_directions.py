@@ -10,11 +10,12 @@ points in a cube and the approximate evaluation of integrals", 1967).
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..light_points.light_cells import SPOTS, unit_spots
 from .equirect import LUMINANCE, bilinear, direction_at, directions, solid_angles, texel_means
 
 Array = NDArray[np.float64]
@@ -34,18 +35,27 @@ class Directions:
         density: (N,) float64, such directions per steradian and sample.
         cell_sq: squared angular radius of what each stands for, in narrow lobes; 0 where these
             have rays of their own.
+        spots: (N, SPOTS, 3) float64 unit vectors: places in what each stands for, to which traced
+            shadows look; or none of them.
     """
 
     toward: Array
     radiance: Array
     density: Array
     cell_sq: float = 0.0
+    spots: Array = field(default_factory=lambda: np.zeros((0, SPOTS, 3)))
 
     def each(self) -> Iterator[Directions]:
         """One by one."""
         for i in range(len(self.toward)):
             one = slice(i, i + 1)
-            yield Directions(self.toward[one], self.radiance[one], self.density[one], self.cell_sq)
+            yield Directions(
+                self.toward[one],
+                self.radiance[one],
+                self.density[one],
+                self.cell_sq,
+                self.spots[one],
+            )
 
 
 class DirectionSource:
@@ -86,6 +96,35 @@ class DirectionSource:
         """
         picture, density = (self._picture, self.density) if of is None else of
         height, width, _ = self._picture.shape
+        row, column, at = self._places(points)
+        return Directions(
+            toward=direction_at(*at, width, height),
+            radiance=bilinear(picture, *at),
+            density=number * density[row, column],
+        )
+
+    def spots(self, points: Array, total: int, first: int = 0) -> Array:
+        """(N, SPOTS, 3) unit directions in what each of points (N, 2) of Sobol's sequence stands
+        for: its part of the unit square, in which of the sequence's first 2^n there is one.
+
+        Args:
+            points: of the sequence.
+            total: how many there are of it.
+            first: the number of the first.
+        """
+        digits = max(int(np.log2(max(total, 1))), 0)
+        parts = 2.0 ** np.array([(digits + 1) // 2, digits // 2])
+        order = np.arange(SPOTS) ^ ((first + np.arange(len(points))) % SPOTS)[:, None]
+        inside = np.floor(points * parts)[:, None] + unit_spots()[order]
+        height, width, _ = self._picture.shape
+        _, _, at = self._places((inside / parts).reshape(-1, 2))
+        return direction_at(*at, width, height).reshape(-1, SPOTS, 3)
+
+    def _places(
+        self, points: Array
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], tuple[Array, Array]]:
+        """Of points (N, 2) the texels' rows and columns, and the places in the picture."""
+        height = len(self._picture)
         row, y = _invert(self._rows, points[:, 1])
         column, x = np.empty_like(row), np.empty(len(points))
         for i, r in enumerate(row):
@@ -93,12 +132,7 @@ class DirectionSource:
         # Even in the sine of latitude, which is even in solid angle.
         low, high = (np.sin(np.pi * (edge / height - 0.5)) for edge in (row, row + 1))
         sine = np.clip(low + (high - low) * y, -1.0, 1.0)
-        at = column + x, (np.arcsin(sine) / np.pi + 0.5) * height
-        return Directions(
-            toward=direction_at(*at, width, height),
-            radiance=bilinear(picture, *at),
-            density=number * density[row, column],
-        )
+        return row, column, (column + x, (np.arcsin(sine) / np.pi + 0.5) * height)
 
     @property
     def middle(self) -> Array:
@@ -134,9 +168,10 @@ class SunSource:
 
     def draw(self, k: int, count: int) -> Directions:
         """One direction within each sun, of sample k of `count`."""
+        points = [sobol_points(0, count, seed=1 + i) for i in range(len(self._sources))]
         drawn = [
-            source.draw(sobol_points(0, count, seed=1 + i), 1.0, (self.picture, self.density))
-            for i, source in enumerate(self._sources)
+            source.draw(some, 1.0, (self.picture, self.density))
+            for source, some in zip(self._sources, points, strict=True)
         ]
         # Between a patch's texels the picture falls steeply, while a texel's density is even. So
         # that all samples together have the suns' own light, they are scaled by what they lack.
@@ -147,6 +182,12 @@ class SunSource:
             toward=np.stack([d.toward[k] for d in drawn]),
             radiance=np.stack([d.radiance[k] for d in drawn]) * scale,
             density=np.stack([d.density[k] for d in drawn]),
+            spots=np.concatenate(
+                [
+                    source.spots(some[k : k + 1], count, k)
+                    for source, some in zip(self._sources, points, strict=True)
+                ]
+            ),
         )
 
 

@@ -111,8 +111,13 @@ def specular(
     LoH, NoL = np.where(seen, half.LoH, 1.0), np.where(seen, half.NoL, 1.0)
     mass = np.where(seen, half.mass, 0.0)
     terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL, mass)
-    if light.type == "SPOT":
-        part = np.ones_like(half.mass) if sample.per_receiver else np.minimum(half.mass, 1.0)
+    if light.type == "SPOT" and sample.per_receiver:
+        place = surface.position[..., :3] + surface.origin
+        cones = np.stack([_cone(light, -w) for w in _ways_to_spots(light, sample, place)], axis=2)
+        whole = _highlight_mean(lobe, surface, light, sample, cones)
+        shaped = np.where(half.mass > 1e-3, whole, _cone(light, -half.L))
+    elif light.type == "SPOT":
+        part = np.minimum(half.mass, 1.0)
         shaped = (1.0 - part) * _cone(light, -L) + part * _cone(light, -half.L)
     elif light.type == "AREA":
         shaped = _spread(light, np.maximum(-dot(half.L, light.direction), 1e-6))
@@ -129,27 +134,40 @@ def highlight_open(
 ) -> Array:
     """(H, W) the share of a lobe's highlight that comes from open spots, each as the lobe, widened
     to the spot's part of the cell, sees it."""
+    cells = light_cells(surface, light, sample, lobe.N_specular)
+    small = cells.angular_sq < SMALL_CELL_SQ * np.prod(half_alphas(lobe), axis=-1)
+    share = _highlight_mean(lobe, surface, light, sample, spots.astype(np.float64))
+    return np.where(small, spots.mean(axis=-1), share)
+
+
+def _highlight_mean(
+    lobe: Lobe, surface: Surfaces, light: Light, sample: LightSample, values: Array
+) -> Array:
+    """(H, W) the mean of values (H, W, S) at a cell's spots, as a lobe sees these."""
     place = surface.position[..., :3] + surface.origin
-    if light.type == "SUN":
-        ways = np.broadcast_to(sample.spots, (*place.shape[:2], *sample.spots.shape))
-    elif sample.per_receiver:
-        ways = np.stack([turned_way(light, place, s[:2])[0] for s in sample.spots], axis=2)
-    else:
-        ways = sample.spots - place[:, :, None]
+    ways = np.stack(_ways_to_spots(light, sample, place), axis=2)
     cells = light_cells(surface, light, sample, lobe.N_specular)
     s, NoL = half_slopes(lobe, ways)
     L = incidence(surface, light, sample)[0]
     LoH = np.maximum(np.sqrt(np.maximum(0.5 * (1.0 + dot(L, lobe.V)), 0.0)), 0.05)
-    spread = (0.125 * cells.angular_sq / spots.shape[-1] / LoH)[..., None]
+    spread = (0.125 * cells.angular_sq / values.shape[-1] / LoH)[..., None]
     axes = half_alphas(lobe)
     s_sq = np.sum((s * (axes / np.sqrt(axes**2 + spread))[..., None, :]) ** 2, axis=-1)
     gaussian = (lobe.distribution > 1.5)[..., None]
     weight = np.where(gaussian, np.exp(-s_sq), (1.0 + s_sq) ** -2.0) * (NoL > 0.0)
     total = weight.sum(axis=-1)
-    share = (weight * spots).sum(axis=-1) / np.where(total > 0.0, total, 1.0)
-    small = cells.angular_sq < SMALL_CELL_SQ * np.prod(axes, axis=-1)
-    plain = small | (total <= 1e-30)
-    return np.where(plain, spots.mean(axis=-1), share)
+    share = (weight * values).sum(axis=-1) / np.where(total > 0.0, total, 1.0)
+    plain = _cone(light, -L) if light.type == "SPOT" else values.mean(axis=-1)
+    return np.where(total <= 1e-30, plain, share)
+
+
+def _ways_to_spots(light: Light, sample: LightSample, place: Array) -> list[Array]:
+    """(H, W, 3) each."""
+    if light.type == "SUN":
+        return [np.broadcast_to(spot, place.shape) for spot in sample.spots]
+    if sample.per_receiver:
+        return [turned_way(light, place, spot[:2])[0] for spot in sample.spots]
+    return [spot - place for spot in sample.spots]
 
 
 def light_cells(surface: Surfaces, light: Light, sample: LightSample, N: Array) -> Cells:
@@ -287,7 +305,8 @@ def _turned(
     t = np.linalg.norm(toward, axis=-1)
     L = toward / t[..., None]
     if light.type == "SPOT":
-        strength = strength * _cone(light, -L)
+        ways = _ways_to_spots(light, sample, place)[:4]
+        strength = strength * np.mean([_cone(light, -way) for way in ways], axis=0)
     return L, strength, light.shadow_soft_size**2 * share / t**2
 
 

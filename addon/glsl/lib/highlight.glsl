@@ -229,6 +229,53 @@ float other_shape(Lobe lobe, Alphas a, float NoV, float NoL, float NoH, float Lo
 }
 #endif
 
+#ifdef CELL_SPOTS
+/* Highlights of less than this share of a spot's radiance don't ask how its cone parts the cell. */
+const float LEAST_MASS_IN_CONE = 1e-3;
+
+/* Of what a lobe sees of a cell the share that comes from spots that are open, a bit each; or, of a
+ * spot light, the mean of what its cone lets through there. A spot counts as much as the lobe sees
+ * of it. */
+float highlight_share(
+    Lobe lobe, Facets facets, vec3 V, vec3 position, Incidence lit, int open, bool of_cone)
+{
+  /* A spot stands for its part of the cell: a disk's variance is a quarter of its squared radius, a
+   * lobe's about half of alpha's square. */
+  float LoH = max(dot(V, normalize(lit.L + V)), 0.05);
+  vec2 wide = sqrt(facets.alpha * facets.alpha +
+                   0.5 * lit.cell_sq / (float(CELL_SPOTS) * 4.0 * LoH));
+  vec2 narrower = facets.alpha / wide;
+  vec2 sum = vec2(0.0);
+  for (int i = 0; i < CELL_SPOTS; i++) {
+    vec3 toward = to_spot(i, position);
+    if (dot(facets.N, toward) > 0.0) {
+      vec2 s = narrower * half_slope(facets, V, toward);
+      float weight = 1.0 / (1.0 + dot(s, s));
+      weight *= weight;
+#  ifdef HAS_DISTRIBUTION
+      if (lobe.distribution > 1.5) {
+        weight = exp(-dot(s, s));
+      }
+#  endif
+      float share = float((open >> i) & 1);
+#  if LIGHT_TYPE == 1
+      share = of_cone ? spot_attenuation(-toward) : share;
+#  endif
+      sum += weight * vec2(1.0, share);
+    }
+  }
+  if (sum.x > 1e-30) {
+    return sum.y / sum.x;
+  }
+#  if LIGHT_TYPE == 1
+  if (of_cone) {
+    return spot_attenuation(-lit.L);
+  }
+#  endif
+  return float(bitCount(open)) / float(CELL_SPOTS);
+}
+#endif
+
 /* The lobe's radiance for light.intensity 1. */
 vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 albedo)
 {
@@ -264,7 +311,13 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   }
   Alphas a = lobe_alphas(lobe, N, V, L, H);
   float NoH = dot(N, H);
-  vec3 value = (lit.radiance * cell_attenuation(L, lit, cell.x)) * lobe_fresnel(lobe, LoH);
+  float attenuation = cell_attenuation(L, lit, cell.x);
+#if LIGHT_TYPE == 1 && defined(HAS_TURNED_DISK)
+  if (cell.x > LEAST_MASS_IN_CONE) {
+    attenuation = highlight_share(lobe, facets, V, position, lit, 0, true);
+  }
+#endif
+  vec3 value = (lit.radiance * attenuation) * lobe_fresnel(lobe, LoH);
   /* No lobe sends more than the light's own radiance, but for Fresnel's term: at grazing views, where
    * one direction says little of a cell, the centre's could be 1e12 times as much. */
 #ifdef HAS_DISTRIBUTION
@@ -278,36 +331,14 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
 }
 
 #ifdef SHADOW_HAS_SPOTS
-/* The share of a highlight that is not hidden, by the spots of the cell that are open: each counts
- * as much as the lobe sees of it. */
+/* The share of a highlight that is not hidden, by the spots of the cell that are open. */
 float highlight_open(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, int open)
 {
-  float share = float(bitCount(open)) / float(SPOTS);
   Facets facets = lobe_facets(lobe, N);
-  if (open == 0 || open == (1 << SPOTS) - 1 ||
+  if (open == 0 || open == (1 << CELL_SPOTS) - 1 ||
       lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
-    return share;
+    return float(bitCount(open)) / float(CELL_SPOTS);
   }
-  /* A spot stands for its part of the cell: a disk's variance is a quarter of its squared radius, a
-   * lobe's about half of alpha's square. */
-  float LoH = max(dot(V, normalize(lit.L + V)), 0.05);
-  vec2 wide = sqrt(facets.alpha * facets.alpha + 0.5 * lit.cell_sq / (float(SPOTS) * 4.0 * LoH));
-  vec2 narrower = facets.alpha / wide;
-  vec2 sum = vec2(0.0);
-  for (int i = 0; i < SPOTS; i++) {
-    vec3 toward = to_spot(i, position);
-    if (dot(N, toward) > 0.0) {
-      vec2 s = narrower * half_slope(facets, V, toward);
-      float weight = 1.0 / (1.0 + dot(s, s));
-      weight *= weight;
-#  ifdef HAS_DISTRIBUTION
-      if (lobe.distribution > 1.5) {
-        weight = exp(-dot(s, s));
-      }
-#  endif
-      sum += weight * vec2(1.0, float((open >> i) & 1));
-    }
-  }
-  return sum.x > 1e-30 ? sum.y / sum.x : share;
+  return highlight_share(lobe, facets, V, position, lit, open, false);
 }
 #endif

@@ -89,6 +89,19 @@ vec3 turned_way(vec3 offset, vec3 position, out float strength)
   return max(reach, 1e-7 * sqrt(radius_sq)) * direction;
 }
 
+#if LIGHT_TYPE == 1
+/* How much of the cell a spot's cone lets through: of its first four spots, one in each quarter. */
+float cell_cone(vec3 position)
+{
+  float sum = 0.0;
+  for (int i = 0; i < 4; i++) {
+    float strength;
+    sum += spot_attenuation(-turned_way(light.spots[i].xyz, position, strength));
+  }
+  return 0.25 * sum;
+}
+#endif
+
 /* Whether a receiver is inside a spherical lamp, which then is all about it. */
 bool is_inside_lamp(vec3 position)
 {
@@ -257,7 +270,7 @@ Incidence incidence(vec3 position)
   }
 #    endif
 #    if LIGHT_TYPE == 1
-  result.strength *= spot_attenuation(-result.L);
+  result.strength *= cell_cone(position);
 #    endif
 #  else
   /* Outside its radius the light's points shine, together, like its centre (a disk turned

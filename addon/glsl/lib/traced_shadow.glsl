@@ -9,5 +9,5 @@ int open_spots()
 
 float visibility(vec3 position, vec3 Ng)
 {
-  return float(bitCount(open_spots())) / float(SPOTS);
+  return float(bitCount(open_spots())) / float(CELL_SPOTS);
 }

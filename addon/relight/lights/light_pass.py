@@ -246,7 +246,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
                 has_filters=bool(filters),
             ),
             ("CELL_CORNERS", str(CORNERS)),
-            *(shadow.defines if shadow else ()),
+            ("CELL_SPOTS", str(SPOTS)),
             *layout.defines,
             *((name, "1") for name, on in flags.items() if on),
         ),

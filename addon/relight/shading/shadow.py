@@ -32,11 +32,6 @@ class ShadowKind:
     blocks: tuple[UniformBlock, ...] = ()
     spots: int = 0
 
-    @property
-    def defines(self) -> tuple[tuple[str, str], ...]:
-        """What its library is compiled with."""
-        return (("SPOTS", str(self.spots)),) if self.spots else ()
-
 
 class Shadow(Protocol):
     """The shadow of one point of a light."""

@@ -20,6 +20,7 @@ from ...glsl.shader import (
     texture_from_array,
 )
 from ...glsl.uniforms import Field, UniformBlock
+from ..light_points.light_cells import SPOTS
 from ..shading.albedo_pass import AlbedoTextures, table_library, table_samplers
 from ..shading.blend_pass import add_fullscreen
 from ..shading.shadow import Shadow, ShadowKind
@@ -218,7 +219,7 @@ def _directions_pass(shadow: ShadowKind, single: bool, layout: SurfaceLayout) ->
         outputs=(("VEC4", "radiance"),),
         defines=(
             ("MOST_DIRECTIONS", str(MAX_FACES)),
-            *shadow.defines,
+            ("CELL_SPOTS", str(SPOTS)),
             *layout.defines,
             *((("ONE_DIRECTION", "1"),) if single else ()),
         ),

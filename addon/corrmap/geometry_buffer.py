@@ -15,6 +15,7 @@ from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
 from ..glsl.triangles import depth_tested, triangle_batch
 from ..glsl.uniforms import Field, UniformBlock
 from ..scene.geometry import Cutout, SceneGeometry
+from .clusters import Clusters, order_of_objects, overlaps
 from .corner_normal_table import CornerNormalTable
 from .pose_table import POSE_SAMPLERS
 from .triangle_table import TABLE_SAMPLERS, TriangleTable
@@ -104,12 +105,14 @@ class _Group:
     """Triangles that are drawn in one call.
 
     Attributes:
+        clusters: its triangles, some at a time.
         first: the number of its first triangle.
         run_end, run_object: (R,) int64, runs of triangles of one object: where each ends, and
             whose it is.
     """
 
     batch: Any
+    clusters: Clusters
     first: int
     run_end: NDArray[np.int64]
     run_object: NDArray[np.int64]
@@ -118,8 +121,17 @@ class _Group:
     cutout: Cutout | None
     mask: Any
 
-    def ranges(self, objects: NDArray[np.bool_]) -> list[tuple[int, int]]:
-        """(first, end) triangle of each stretch that shows some objects."""
+    def ranges(
+        self, clip_from_local: NDArray[np.float64] | None, objects: NDArray[np.bool_] | None
+    ) -> list[tuple[int, int]]:
+        """(first, end) triangle of each stretch that is in a picture and shows some objects."""
+        if clip_from_local is None:
+            seen = [(0, self.clusters.count)]
+        else:
+            seen = self.clusters.ranges(self.clusters.seen(clip_from_local))
+        return seen if objects is None else overlaps(seen, self._showing(objects))
+
+    def _showing(self, objects: NDArray[np.bool_]) -> list[tuple[int, int]]:
         shown = np.concatenate([[False], objects[self.run_object], [False]])
         changes = np.flatnonzero(shown[1:] != shown[:-1]).reshape(-1, 2)
         ends = np.append(0, self.run_end)
@@ -156,15 +168,18 @@ class GeometryBuffer:
         self._geometry = geometry
         self._groups: list[_Group] = []
         # Sorting keeps what is equal in the geometry's order.
-        self.scene_triangle = np.argsort(combination, kind="stable")
+        rank = order_of_objects(geometry.vertices, geometry.triangles, geometry.object_id)
+        self.scene_triangle = np.lexsort((rank[geometry.object_id], combination))
         keys, starts = np.unique(combination[self.scene_triangle], return_index=True)
         parts = np.split(self.scene_triangle, starts[1:])
         for key, first, chosen in zip(keys, starts, parts, strict=True):
             cutout_number = int(key) // 4 - 1
             cutout_used = geometry.cutouts[cutout_number] if cutout_number >= 0 else None
+            corners = local[geometry.triangles[chosen]]
             self._groups.append(
                 _Group(
-                    batch=_batch(geometry, local, chosen, cutout_used is not None),
+                    batch=_batch(geometry, corners, chosen, cutout_used is not None),
+                    clusters=Clusters.of(corners),
                     first=int(first),
                     **_runs(geometry.object_id[chosen]),
                     camera_visible=bool(key & 2),
@@ -217,6 +232,8 @@ class GeometryBuffer:
     ) -> None:
         """Draw all triangles that `audience` sees into the bound framebuffer.
 
+        Clusters beside the picture are left out.
+
         Args:
             program: built by `build_raster_program`.
             clip_from_local: (4, 4), OpenGL clip space from local space.
@@ -235,7 +252,10 @@ class GeometryBuffer:
             for group in self._groups:
                 if group.camera_visible if audience == "camera" else group.shadow_visible:
                     raster = {"clip_from_local": clip_from_local, "first_triangle": group.first}
-                    _draw_group(group, program, textures, {**uniforms, "raster": raster}, objects)
+                    # What moves may be anywhere.
+                    matrix = None if program.has_poses else clip_from_local
+                    ranges = group.ranges(matrix, objects)
+                    _draw_group(group, program, textures, {**uniforms, "raster": raster}, ranges)
 
 
 def _draw_group(
@@ -243,15 +263,11 @@ def _draw_group(
     program: RasterProgram,
     textures: Mapping[str, Any],
     uniforms: Mapping[str, Mapping[str, Any]],
-    objects: NDArray[np.bool_] | None,
+    ranges: list[tuple[int, int]],
 ) -> None:
-    ranges = None if objects is None else group.ranges(objects)
-    if ranges == []:
+    if not ranges:
         return
     shader = _bind_group(group, program, textures, uniforms)
-    if ranges is None:
-        group.batch.draw(shader)
-        return
     for first, end in ranges:
         group.batch.draw_range(shader, elem_start=3 * first, elem_count=3 * (end - first))
 
@@ -284,12 +300,12 @@ def _runs(object_id: NDArray[np.int32]) -> dict[str, NDArray[np.int64]]:
 
 def _batch(
     geometry: SceneGeometry,
-    local: NDArray[np.float32],
+    corners: NDArray[np.float32],
     chosen: NDArray[np.int64],
     with_uv: bool,
 ) -> Any:
     attributes: dict[str, NDArray[Any]] = {
-        "position": local[geometry.triangles[chosen]].reshape(-1, 3),
+        "position": corners.reshape(-1, 3),
     }
     if with_uv:
         if geometry.uv is None:

@@ -115,6 +115,8 @@ def _run(step: Step, scene: Path, folder: Path, args: argparse.Namespace) -> str
         "--reference-samples", str(args.reference_samples), "--doublings", str(args.doublings),
         "--presets", *args.presets,
     ]  # fmt: skip
+    if args.no_filling:
+        command.append("--no-filling")
     if step.preset:
         command += ["--preset", step.preset]
     if args.size is not None:
@@ -215,6 +217,8 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--doublings", type=int, default=DOUBLINGS, metavar="N",
                         help="how often they are doubled at most while the noise is too high "
                         "(default: %(default)s)")  # fmt: skip
+    parser.add_argument("--no-filling", action="store_true",
+                        help="leave the holes that neighbours do not fill")  # fmt: skip
     parser.add_argument("--plan", action="store_true",
                         help="place the cameras, say how long the rest takes, stop")  # fmt: skip
     parser.add_argument("--again", action="store_true",

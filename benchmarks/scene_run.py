@@ -39,8 +39,10 @@ from .kept_reference import KeptReference
 
 STEPS = ("plan", "bake", "relight", "measure")
 VIEWS = 4
-# Of the reference's noise below what is measured.
+# Of the reference's noise below what is measured; but less than this is enough for whoever asks
+# whether 40 dB are reached, and 45 dB away from edges. Noise makes figures worse, never better.
 MARGIN_DB = 6.0
+QUIET_DB = {"whole": 49.0, "away_from_edges": 54.0}
 # Another rule for views, or another way to place, makes another plan.
 PLAN_VERSION = 2
 
@@ -154,6 +156,7 @@ class SceneRun:
     def relight(self) -> None:
         """Relight the views that were not yet."""
         from tools.evaluation import Shot, relight_view
+        from tools.filling import Filling
         from tools.relit import open_session
 
         folder = self._preset_folder
@@ -176,9 +179,28 @@ class SceneRun:
             # The figures of an earlier picture go first.
             (folder / name / "figures.json").unlink(missing_ok=True)
             shot = Shot(name, self._scene.frame_current, view, folder / name)
-            relit = relight_view(session, shot, part_of(self._progress, *ends))
+            session.set_view(view)
+            coverage = session.coverage
+            filling = Filling(
+                self._scene, self._arrays, folder / "cache", session,
+                fills=not self._args.no_filling, keeps=False,
+            )  # fmt: skip
+            try:
+                relit = relight_view(session, shot, part_of(self._progress, *ends), filling)
+            finally:
+                # What one view had baked for it is not for the next one.
+                filling.end()
+                session.set_added([])
             relit.write_relit(self._scene)
-            report = {**relit.report, "loading": loading, "warnings": list(session.warnings)}
+            report = {
+                **relit.report,
+                "hole_fraction": coverage.hole_fraction,
+                "open_fraction": coverage.open_fraction,
+                "left_fraction": relit.report["open_fraction"],
+                "filling": filling.report(),
+                "loading": loading,
+                "warnings": list(session.warnings),
+            }
             _write(folder / name / "relit.json", report)
 
     def measure(self) -> None:
@@ -275,7 +297,9 @@ def _is_noisy(figures: dict[str, Any]) -> bool:
     """Whether the reference's noise is a part of what was measured."""
     for area, noise in figures["noise"].items():
         measured = figures[area]["psnr_luma"]
-        if measured is not None and noise is not None and noise < measured + MARGIN_DB:
+        if measured is None or noise is None:
+            continue
+        if noise < min(measured + MARGIN_DB, QUIET_DB[area]):
             return True
     return False
 
@@ -308,6 +332,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--shadows", choices=("auto", "map", "traced"), default="auto")
     parser.add_argument("--reference-samples", type=positive, required=True)
     parser.add_argument("--doublings", type=int, required=True)
+    parser.add_argument("--no-filling", action="store_true")
     parser.add_argument("--again", action="store_true")
     return parser.parse_args()
 

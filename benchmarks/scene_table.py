@@ -32,10 +32,12 @@ looks from at most one tenth. The caching cameras are placed and baked as *Place
 with each preset. Relume takes {samples} samples. PSNR is the paper's, of luma in the
 display-encoded 8-bit picture; *away* leaves out 2 pixels about surfaces' edges and creases. SSIM is
 of luma, HDR-FLIP the mean of the picture. *Holes* are pixels of the surface that no caching camera
-sees, *open* those that neighbours did not fill. The reference takes twice the samples while its
-noise is less than {margin:.0f} dB below what is measured, at most a few times; (in brackets): it
-still is. **Bold**: short of what is asked of the preset *final*, which is {psnr:.0f} dB,
-{away:.0f} dB away from edges, HDR-FLIP {flip} and {open:.1f} % open.
+sees, *open* those that neighbours did not fill, *left* what is open after surfaces were baked for
+the view (`relume relight --fill-holes`), with which the pictures are measured. The reference takes
+twice the samples while its noise is less than {margin:.0f} dB below what is measured and could hide
+the bounds below, at most a few times; (in brackets): it is a part of the figure, which would be
+better without. **Bold**: short of what is asked of the preset *final*, which is {psnr:.0f} dB,
+{away:.0f} dB away from edges, HDR-FLIP {flip} and {open:.1f} % left.
 """
 
 
@@ -47,7 +49,9 @@ class ViewFigures:
         name: the view's.
         psnr, away: decibels; infinite for equal pictures, NaN for no pixels.
         ssim, flip: means of the picture.
-        holes, open: shares of the pixels that see a surface.
+        holes, open, left: shares of the pixels that see a surface: that no caching camera sees,
+            that neighbours did not fill either, and that are left after a bake for the view.
+        fill_seconds: of that bake.
         noisy: whether the reference's noise is a part of PSNR, and of that away from edges.
         seconds: of relighting.
         noise: decibels, of the reference.
@@ -60,6 +64,8 @@ class ViewFigures:
     flip: float
     holes: float
     open: float
+    left: float
+    fill_seconds: float
     noisy: tuple[bool, bool]
     seconds: float
     noise: float
@@ -76,7 +82,8 @@ class ViewFigures:
         noisy = [n < v + _MARGIN_DB for n, v in zip(noise, values, strict=True)]
         return cls(
             folder.name, values[0], values[1], whole["ssim"], whole["flip"],
-            relit["hole_fraction"], relit["open_fraction"], (noisy[0], noisy[1]),
+            relit["hole_fraction"], relit["open_fraction"], relit["left_fraction"],
+            relit["filling"]["seconds"], (noisy[0], noisy[1]),
             relit["seconds_relight"], noise[0],
         )  # fmt: skip
 
@@ -106,7 +113,9 @@ class SceneFigures:
             f"{_mean([v.ssim for v in views]):.4f}",
             _most(max(v.flip for v in views), LARGEST_FLIP, "{:.3f}"),
             f"{100.0 * max(v.holes for v in views):.2f} %",
-            _most(100.0 * max(v.open for v in views), 100.0 * MOST_OPEN, "{:.2f} %"),
+            f"{100.0 * max(v.open for v in views):.2f} %",
+            _most(100.0 * max(v.left for v in views), 100.0 * MOST_OPEN, "{:.2f} %"),
+            f"{_mean([v.fill_seconds for v in views]):.0f}",
             f"{_mean([v.seconds for v in views]):.1f}",
         ]  # fmt: skip
         return "| " + " | ".join(cells) + " |"
@@ -151,11 +160,12 @@ def _summary(scenes: Sequence[SceneFigures]) -> list[str]:
     sizes = sorted({"{}x{}".format(*scene.plan["size"]) for scene in scenes})
     heads = [
         "scene", "preset", "cameras", "M texels", "MB", "bake s", "PSNR dB, mean / least",
-        "away dB, mean / least", "SSIM", "HDR-FLIP, most", "holes, most", "open, most", "relight s",
+        "away dB, mean / least", "SSIM", "HDR-FLIP, most", "holes, most", "open, most",
+        "left, most", "fill s", "relight s",
     ]  # fmt: skip
     about = (
         f"Pictures of {', '.join(sizes)}. MB are those of the cache on the disk, *relight s* the "
-        "mean time of a finished picture of a new view."
+        "mean time of a finished picture of a new view, *fill s* of the bake for it."
     )
     return [
         "## By scene", "", about, "",
@@ -168,7 +178,9 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
     """All views with one preset."""
     if not scenes:
         return []
-    heads = ["scene", "view", "PSNR", "away", "SSIM", "HDR-FLIP", "holes", "open", "noise at"]
+    heads = [
+        "scene", "view", "PSNR", "away", "SSIM", "HDR-FLIP", "holes", "open", "left", "noise at",
+    ]  # fmt: skip
     rows = []
     for scene in scenes:
         for view in scene.views:
@@ -176,7 +188,8 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
                 scene.scene, view.name, _marked(view.psnr, LEAST_PSNR, view.noisy[0]),
                 _marked(view.away, LEAST_AWAY, view.noisy[1]), f"{view.ssim:.4f}",
                 _most(view.flip, LARGEST_FLIP, "{:.3f}"), f"{100.0 * view.holes:.2f} %",
-                _most(100.0 * view.open, 100.0 * MOST_OPEN, "{:.2f} %"), f"{view.noise:.1f}",
+                f"{100.0 * view.open:.2f} %",
+                _most(100.0 * view.left, 100.0 * MOST_OPEN, "{:.2f} %"), f"{view.noise:.1f}",
             ]  # fmt: skip
             rows.append("| " + " | ".join(cells) + " |")
     return [
@@ -205,7 +218,7 @@ def draw_sheets(folders: Sequence[Path]) -> None:
                 cells += [
                     Cell(place / "relit.png", f"Relume, {preset}", words),
                     Cell(place / "difference.png", "Difference, 8 times",
-                         f"{100.0 * figures.holes:.2f} % holes, {100.0 * figures.open:.2f} % open"),
+                         f"{100.0 * figures.holes:.2f} % holes, {100.0 * figures.left:.2f} % left"),
                 ]  # fmt: skip
             rows.append(Row(f"{entry['name']}, from {entry['camera']}", cells))
         if rows:

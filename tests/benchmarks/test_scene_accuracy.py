@@ -38,8 +38,10 @@ def _relit(folder: Path, preset: str, psnr: float | None, noise: float) -> None:
     _write(folder / preset / "bake.json", {"seconds": 5.0, "cache_bytes": 4_000_000})
     for view in VIEWS:
         place = folder / preset / view
-        _write(place / "relit.json",
-               {"hole_fraction": 0.02, "open_fraction": 0.002, "seconds_relight": 1.5})  # fmt: skip
+        _write(place / "relit.json", {
+            "hole_fraction": 0.02, "open_fraction": 0.004, "left_fraction": 0.002,
+            "filling": {"seconds": 3.0}, "seconds_relight": 1.5,
+        })  # fmt: skip
         part = {"psnr_luma": psnr, "ssim": 0.99, "flip": 0.02}
         _write(place / "figures.json", {
             "whole": part, "away_from_edges": part,
@@ -104,7 +106,7 @@ def test_the_page_marks_what_is_short_and_what_noise_hides(folder: Path, tmp_pat
     rows = [line for line in text.splitlines() if line.startswith("| hall | Other 1")]
     assert "| **38.0** | **38.0** |" in rows[0]
     assert "| (46.0) | (46.0) |" in rows[1]
-    assert "**0.20 %**" in rows[0]
+    assert "| 2.00 % | 0.40 % | **0.20 %** |" in rows[0]
     assert "| hall | draft | 3 |" in text
 
 

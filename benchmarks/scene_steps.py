@@ -109,10 +109,11 @@ def steps_left(
         views = [folder / preset / entry["name"] for entry in plan["views"]]
         unlit = sum(not (view / "relit.json").is_file() for view in views)
         unmeasured = sum(not (view / "figures.json").is_file() for view in views)
-        if unlit and not (folder / preset / "bake.json").is_file():
-            cameras = planned[preset]["cameras"]
-            left.append(Step("bake", name, preset, planned[preset]["texels"], 2 * cameras))
         if unlit:
+            # What was baked is looked through again: it may have been by an earlier version.
+            new = not (folder / preset / "bake.json").is_file()
+            cameras, texels = (planned[preset][part] for part in ("cameras", "texels"))
+            left.append(Step("bake", name, preset, new * texels, 2 * new * cameras))
             lit = plan["pixels"] * samples * (plan["lights"] + 1)
             left.append(Step("relight", name, preset, unlit * lit))
         if unlit or unmeasured:

@@ -73,8 +73,10 @@ def test_what_is_done_is_left_out(folder: Path) -> None:
     (folder / "draft" / "Other 2" / "figures.json").unlink()
     assert [s.kind for s in _left(folder, ["draft"])] == ["measure"]
     (folder / "draft" / "Other 2" / "relit.json").unlink()
-    # The bake is kept.
-    assert [s.kind for s in _left(folder, ["draft"])] == ["relight", "measure"]
+    # The bake is kept, if it is still good.
+    again = _left(folder, ["draft"])
+    assert [s.kind for s in again] == ["bake", "relight", "measure"]
+    assert again[0].work == 0.0
 
 
 def test_references_are_rendered_once(folder: Path) -> None:

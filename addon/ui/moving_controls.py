@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from ..scene.animation_reader import animation_curves
 from ..scene.light_controls import LightControls
 
 # Of the light's `bpy.types.Light`: a property's path, and its index in an array.
@@ -15,21 +16,6 @@ Moving = frozenset[tuple[str, int]]
 # What is drawn into a slide's picture, and does not move in it.
 _IN_PICTURE = {"relume.slide.density", "relume.slide.blur"}
 _FOLLOWED = ("barn_doors", "distance", "falloff", "slide", "noise")
-
-
-def animation_curves(block: Any) -> Iterator[Any]:
-    """The F-curves and drivers that animate a data-block."""
-    animation = block.animation_data
-    if animation is None:
-        return
-    yield from animation.drivers
-    if animation.action is None or animation.action_slot is None:
-        return
-    for layer in animation.action.layers:
-        for strip in layer.strips:
-            bag = strip.channelbag(animation.action_slot)
-            if bag is not None:
-                yield from bag.fcurves
 
 
 def moving_controls(data: Any) -> Moving:

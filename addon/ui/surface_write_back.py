@@ -12,9 +12,9 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from ..errors import InputError
+from ..scene.animation_reader import animation_curves
 from ..scene.node_use import used_nodes
 from ..scene.surface_edit import WHITE, SurfaceEdit, Tint
-from .moving_controls import animation_curves
 
 _Step = Callable[[], None]
 

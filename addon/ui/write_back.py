@@ -18,6 +18,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..relight.filters.slide_picture import slide_picture
+from ..scene.animation_reader import animation_curves
 from ..scene.light_controls import LightControls
 from ..scene.written_light import (
     COLOR,
@@ -27,7 +28,7 @@ from ..scene.written_light import (
     is_written_node,
     take_out,
 )
-from .moving_controls import animation_curves, moving_controls, with_moving
+from .moving_controls import moving_controls, with_moving
 from .node_math import NodeMath, Scalar
 from .write_back_filters import transmission
 

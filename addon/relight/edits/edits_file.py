@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from ...scene.animation_reader import animation_curves
 from ...scene.image_reader import find_image
 from .control_edits import control_names, find_block, find_control
 
@@ -210,7 +211,7 @@ def _make_single_user(light: Any, restore: ExitStack) -> None:
 
 def _set(block: Any, path: str, value: Any, restore: ExitStack) -> None:
     """Set a property, stop what animates it, and arrange for both to be taken back."""
-    for curve in _curves(block):
+    for curve in animation_curves(block):
         if curve.data_path == path and not curve.mute:
             curve.mute = True
             restore.callback(setattr, curve, "mute", False)
@@ -221,18 +222,3 @@ def _set(block: Any, path: str, value: Any, restore: ExitStack) -> None:
         before = tuple(before)
     restore.callback(setattr, owner, attribute, before)
     setattr(owner, attribute, value)
-
-
-def _curves(block: Any) -> Iterator[Any]:
-    """The F-curves that drive or animate a data-block."""
-    animation = block.animation_data
-    if animation is None:
-        return
-    yield from animation.drivers
-    if animation.action is None or animation.action_slot is None:
-        return
-    for layer in animation.action.layers:
-        for strip in layer.strips:
-            bag = strip.channelbag(animation.action_slot)
-            if bag is not None:
-                yield from bag.fcurves

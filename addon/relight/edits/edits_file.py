@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from ...json_file import read_json
 from ...scene.animation_reader import animation_curves
 from ...scene.image_reader import find_image
 from .control_edits import control_names, find_block, find_control
@@ -56,15 +57,7 @@ def read_edits(path: Path) -> Edits:
     Raises:
         InputError: it can't be read, is not JSON, or not an object of objects and nulls.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the light edits '{path}': {error}") from error
-    try:
-        edits = json.loads(text)
-    # ValueError: also a number of more digits than Python reads.
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"the light edits '{path}' are not JSON: {error}") from error
+    edits = read_json(path, "light edits")
     if not isinstance(edits, dict):
         raise InputError(f"the light edits '{path}' must be a JSON object with lights' names")
     for name, changes in edits.items():

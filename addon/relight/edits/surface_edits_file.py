@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError
+from ...json_file import read_json
 from ...scene.surface_edit import NO_EDIT, SurfaceEdit, SurfaceEdits
 
 # A name to what changes about it; None for nothing any more.
@@ -74,15 +75,7 @@ def read_surface_changes(path: Path) -> SurfaceChanges:
     Raises:
         InputError: it can't be read, is not JSON, or something in it can't be.
     """
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the surface edits '{path}': {error}") from error
-    try:
-        data = json.loads(text)
-    # ValueError: also a number of more digits than Python reads.
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"the surface edits '{path}' are not JSON: {error}") from error
+    data = read_json(path, "surface edits")
     if not isinstance(data, dict) or not set(data) <= {"materials", "objects"}:
         raise InputError(
             f"the surface edits '{path}' must be a JSON object with 'materials' and 'objects'"

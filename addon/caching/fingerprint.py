@@ -9,7 +9,7 @@ from typing import Any
 import bpy
 
 from ..scene.geometry import SceneGeometry
-from ..scene.node_use import used_nodes
+from ..scene.node_use import nodes_within
 from ..scene.tree_lines_reader import tree_lines
 from .material_model import material_model
 from .scene_state import SceneState
@@ -62,22 +62,10 @@ def _material_state(material: Any, frame: int) -> MaterialState:
     feels_near = False
     if material.node_tree is not None:
         lines += tree_lines(material.node_tree)
-        for node in _nodes_within(material.node_tree, set()):
+        for node in nodes_within(material.node_tree):
             feels_near |= node.bl_idname in _FEEL_NEAR
             lines += _frame_lines(node, frame)
     return MaterialState(short_digest(*lines), feels_near)
-
-
-def _nodes_within(tree: Any, seen: set[int]) -> Iterator[Any]:
-    """The nodes that have a say in what a tree shows, those of its groups included."""
-    if tree.session_uid in seen:
-        return
-    seen.add(tree.session_uid)
-    for node in used_nodes(tree):
-        yield node
-        inner = getattr(node, "node_tree", None)
-        if inner is not None:
-            yield from _nodes_within(inner, seen)
 
 
 def _frame_lines(node: Any, frame: int) -> Iterator[str]:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 from collections import OrderedDict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from .light import Light
 from .light_profile import LightProfile
 from .node_reader import constant_color, constant_value, output_source
-from .node_use import used_nodes
+from .node_use import nodes_within
 from .tree_lines_reader import tree_lines
 from .written_light import before_controls
 
@@ -162,19 +161,6 @@ def measuring_key(data: Any, light: Light) -> str:
     if light.type in ("SPOT", "AREA") and of_extent(nodes):
         digest.update(repr((light.spot_size, light.shape, light.size, light.size_y)).encode())
     return digest.hexdigest()
-
-
-def nodes_within(tree: Any, seen: set[int] | None = None) -> Iterator[Any]:
-    """The nodes that have a say in what a tree emits, those of its groups included."""
-    seen = set() if seen is None else seen
-    if tree.session_uid in seen:
-        return
-    seen.add(tree.session_uid)
-    for node in used_nodes(tree):
-        yield node
-        inner = getattr(node, "node_tree", None)
-        if inner is not None:
-            yield from nodes_within(inner, seen)
 
 
 def of_world(nodes: list[Any]) -> bool:

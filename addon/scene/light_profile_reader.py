@@ -18,7 +18,6 @@ from .light_nodes_reader import (
     framing,
     is_fine,
     known,
-    nodes_within,
     of_direction,
     of_distance,
     of_extent,
@@ -28,6 +27,7 @@ from .light_nodes_reader import (
 from .light_profile import LightProfile
 from .light_reader import unmeasured_lights
 from .light_stage_reader import LightStage, light_stage
+from .node_use import nodes_within
 
 # Texels along the shorter side of pictures of textures: all around 0.35 degrees each.
 FINE_HEIGHT = 512

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterator
 from typing import Any
 
 _OUTPUTS = {
@@ -31,3 +32,17 @@ def used_nodes(tree: Any) -> list[Any]:
         used |= new
         pending.extend(new)
     return [node for node in tree.nodes if node.name in used]
+
+
+def nodes_within(tree: Any, seen: set[int] | None = None) -> Iterator[Any]:
+    """The nodes that have a say in what a tree shows, those of its groups included, each group's
+    once; `seen` holds the trees to leave out."""
+    seen = set() if seen is None else seen
+    if tree.session_uid in seen:
+        return
+    seen.add(tree.session_uid)
+    for node in used_nodes(tree):
+        yield node
+        inner = getattr(node, "node_tree", None)
+        if inner is not None:
+            yield from nodes_within(inner, seen)

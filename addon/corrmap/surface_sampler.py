@@ -17,7 +17,7 @@ from ..progress import Progress, silent
 from ..scene.exposure import Exposure
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
-from ..scene.view import View
+from ..scene.view import View, same_view
 from .correspondence import (
     CorrespondenceMap,
     CorrespondencePass,
@@ -194,7 +194,7 @@ class SurfaceSampler:
 
     def set_view(self, view: View) -> bool:
         """Look from another camera; False when it is the same one."""
-        if self._view is not None and _same_view(self._view, view):
+        if self._view is not None and same_view(self._view, view):
             return False
         self._view = view
         self._forget()
@@ -374,12 +374,3 @@ def _near_clip(view: View) -> float:
     if view.perspective:
         return float(c[2, 3] / (c[2, 2] - 1.0))
     return float(abs(2.0 / c[1, 1])) / view.height
-
-
-def _same_view(a: View, b: View) -> bool:
-    return (
-        (a.width, a.height, a.perspective, a.pixel_filter, a.lens)
-        == (b.width, b.height, b.perspective, b.pixel_filter, b.lens)
-        and np.array_equal(a.world_from_camera, b.world_from_camera)
-        and np.array_equal(a.clip_from_camera, b.clip_from_camera)
-    )

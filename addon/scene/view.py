@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .lens import Lens
+from .same import is_same
 
 FilterKind = Literal["BOX", "GAUSSIAN", "BLACKMAN_HARRIS"]
 
@@ -109,3 +110,8 @@ class View:
         camera_from_clip = np.linalg.inv(np.stack([x, y, z])[:, :3])
         camera = (near - np.array([x[3], y[3], z[3]])) @ camera_from_clip.T
         return camera @ self.world_from_camera[:3, :3].T + self.origin, direction
+
+
+def same_view(a: View, b: View) -> bool:
+    """Whether two views show the same, whatever their cameras are called."""
+    return is_same(replace(a, name=b.name), b)

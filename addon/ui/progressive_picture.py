@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ..corrmap.move_budget import MoveBudget, smaller
-from ..scene.view import View
+from ..scene.view import View, same_view
 
 if TYPE_CHECKING:
     from ..glsl.shader import Texture
@@ -205,13 +205,3 @@ class ProgressivePicture:
             self.times.first, self.times.divisor = since, pixel
         if pixel == 1 and self.times.full is None:
             self.times.full = since
-
-
-def same_view(first: View, second: View) -> bool:
-    """Whether two views show the same."""
-    return (
-        (first.width, first.height, first.perspective, first.pixel_filter)
-        == (second.width, second.height, second.perspective, second.pixel_filter)
-        and np.array_equal(first.world_from_camera, second.world_from_camera)
-        and np.array_equal(first.clip_from_camera, second.clip_from_camera)
-    )

@@ -10,12 +10,12 @@ from gpu_extras.presets import draw_texture_2d
 
 from ..errors import InputError
 from ..glsl.shader import texture_from_array
-from ..scene.view import View
+from ..scene.view import View, same_view
 from ..scene.view_reader import read_viewport
 from . import job, shown_graph
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
-from .progressive_picture import ProgressivePicture, in_words, same_view
+from .progressive_picture import ProgressivePicture, in_words
 from .properties import picture_seconds
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key, world_key
 from .unbaked_picture import draw_unbaked

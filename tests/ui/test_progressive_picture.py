@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from addon.scene.view import View
+from addon.scene.lens import Lens
+from addon.scene.view import View, same_view
 from addon.ui.progressive_picture import (
     BUSY_S,
     SETTLE_S,
     PictureTimes,
     ProgressivePicture,
-    same_view,
 )
 from tests.synthetic import looking_at, perspective_view
 
@@ -218,6 +218,8 @@ def test_another_size_of_the_viewport_is_another_view() -> None:
     assert same_view(view, replace(view))
     assert not same_view(view, replace(view, width=641))
     assert not same_view(view, _view(1e-9))
+    assert same_view(view, replace(view, name="another"))
+    assert not same_view(view, replace(view, lens=Lens(2.0, 0.01)))
 
 
 def test_times_are_told_as_far_as_they_are_known() -> None:

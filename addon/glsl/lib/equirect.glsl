@@ -12,6 +12,16 @@ const float TWO_PI = 6.28318530717958647692;
              0) \
       .rgb
 
+/* Between the centres of texels, at a place of `equirect_texel`. */
+#define EQUIRECT_BILINEAR(picture, size, row, at) \
+  mix(mix(EQUIRECT_TEXEL(picture, size, row, ivec2(floor(at))), \
+          EQUIRECT_TEXEL(picture, size, row, ivec2(floor(at)) + ivec2(1, 0)), \
+          fract((at).x)), \
+      mix(EQUIRECT_TEXEL(picture, size, row, ivec2(floor(at)) + ivec2(0, 1)), \
+          EQUIRECT_TEXEL(picture, size, row, ivec2(floor(at)) + ivec2(1, 1)), \
+          fract((at).x)), \
+      fract((at).y))
+
 vec2 equirect_texel(vec3 direction, ivec2 size)
 {
   /* Straight up and down have no longitude, and atan(0, 0) no value. */

@@ -10,15 +10,7 @@ vec3 level_at(int level, vec3 direction)
   size.y /= LEVEL_COUNT;
   int row = level * size.y;
   vec2 at = equirect_texel(direction, size - ivec2(0, 1)) + vec2(0.0, 0.5);
-  ivec2 low = ivec2(floor(at));
-  vec2 t = at - vec2(low);
-  vec3 bottom = mix(EQUIRECT_TEXEL(world_levels, size, row, low),
-                    EQUIRECT_TEXEL(world_levels, size, row, low + ivec2(1, 0)),
-                    t.x);
-  vec3 top = mix(EQUIRECT_TEXEL(world_levels, size, row, low + ivec2(0, 1)),
-                 EQUIRECT_TEXEL(world_levels, size, row, low + ivec2(1, 1)),
-                 t.x);
-  return mix(bottom, top, t.y);
+  return EQUIRECT_BILINEAR(world_levels, size, row, at);
 }
 
 float level_roughness(int level)

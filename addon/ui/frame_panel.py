@@ -9,7 +9,7 @@ import bpy
 
 from ..relight.graph.frame_graph import FrameGraph
 from . import shown_graph
-from .engine import ENGINE
+from .render_panel import RenderPanel
 
 
 def lines(graph: FrameGraph) -> list[tuple[str, str, str]]:
@@ -23,18 +23,11 @@ def lines(graph: FrameGraph) -> list[tuple[str, str, str]]:
     return rows
 
 
-class RELUME_PT_frame(bpy.types.Panel):
+class RELUME_PT_frame(RenderPanel, bpy.types.Panel):
     """What is drawn for a picture, and what of it an edit made dirty."""
 
     bl_label = "Frame Graph"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return context.engine == ENGINE
 
     def draw(self, context: Any) -> None:  # noqa: ARG002
         graph = shown_graph.current()

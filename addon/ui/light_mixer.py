@@ -7,7 +7,7 @@ from typing import Any
 
 import bpy
 
-from .engine import ENGINE
+from .render_panel import RenderPanel
 
 _MUTE = "Leave this light out of Relume's pictures. It is still drawn by other render engines"
 _SOLO = "Show only this light, and others with solo, in Relume's pictures"
@@ -70,18 +70,11 @@ class RELUME_UL_lights(bpy.types.UIList):
         return flags, []
 
 
-class RELUME_PT_lights(bpy.types.Panel):
+class RELUME_PT_lights(RenderPanel, bpy.types.Panel):
     """All lights of the scene in one place."""
 
     bl_label = "Lights"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
     bl_options = {"DEFAULT_CLOSED"}
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return context.engine == ENGINE
 
     def draw(self, context: Any) -> None:
         layout = self.layout
@@ -97,18 +90,18 @@ class RELUME_PT_lights(bpy.types.Panel):
 
 CLASSES = (RELUME_UL_lights, RELUME_PT_lights)
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
 
 def register() -> None:
     """Give objects their settings, and show the panel."""
     bpy.utils.register_class(RELUME_PG_object)
     bpy.types.Object.relume = bpy.props.PointerProperty(type=RELUME_PG_object)
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
 
 
 def unregister() -> None:
     """Take them away again; what a .blend saved of them stays in it."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()
     del bpy.types.Object.relume
     bpy.utils.unregister_class(RELUME_PG_object)

@@ -206,21 +206,20 @@ CLASSES = (
 )
 _GROUPS = (RELUME_PG_light_object, RELUME_PG_light_objects)
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+_register_groups, _unregister_groups = bpy.utils.register_classes_factory(_GROUPS)
+
 
 def register() -> None:
     """Give objects their lists, and show the panel."""
-    for group in _GROUPS:
-        bpy.utils.register_class(group)
+    _register_groups()
     pointer = bpy.props.PointerProperty(type=RELUME_PG_light_objects)
     setattr(bpy.types.Object, SELECTION_NAME, pointer)
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
 
 
 def unregister() -> None:
     """Take them away again; what a .blend saved of them stays in it."""
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()
     delattr(bpy.types.Object, SELECTION_NAME)
-    for group in reversed(_GROUPS):
-        bpy.utils.unregister_class(group)
+    _unregister_groups()

@@ -313,13 +313,14 @@ CLASSES = (
     RELUME_PG_light,
 )
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(CLASSES)
+
 
 def register() -> None:
     """Give every light its controls; nothing to do where the command line did."""
     if hasattr(bpy.types.Light, "relume"):
         return
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
+    _register_classes()
     bpy.types.Light.relume = bpy.props.PointerProperty(type=RELUME_PG_light)
 
 
@@ -328,5 +329,4 @@ def unregister() -> None:
     if not hasattr(bpy.types.Light, "relume"):
         return
     del bpy.types.Light.relume
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

@@ -16,6 +16,7 @@ from .camera_changes import camera_changes
 from .engine import ENGINE
 from .operators import camera_layer
 from .panel_text import characters_across, draw_text
+from .render_panel import RenderPanel
 
 # The fields that count for each kind of budget, and what they are called beside it.
 BUDGET_FIELDS = {
@@ -27,17 +28,7 @@ BUDGET_FIELDS = {
 MOST_LINES = 8
 
 
-class _RenderPanel:
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return context.engine == ENGINE
-
-
-class RELUME_PT_cache(_RenderPanel, bpy.types.Panel):
+class RELUME_PT_cache(RenderPanel, bpy.types.Panel):
     """Place, Bake, and the state of the cache."""
 
     bl_label = "Cache"
@@ -119,7 +110,7 @@ def draw_state(layout: Any, state: CacheState, characters: int) -> None:
             box.label(text=f"and {more} more", icon="BLANK1")
 
 
-class RELUME_PT_sampling(_RenderPanel, bpy.types.Panel):
+class RELUME_PT_sampling(RenderPanel, bpy.types.Panel):
     """How many samples a picture has."""
 
     bl_label = "Sampling"
@@ -133,7 +124,7 @@ class RELUME_PT_sampling(_RenderPanel, bpy.types.Panel):
         layout.prop(context.scene.relume, "shadows")
 
 
-class RELUME_PT_performance(_RenderPanel, bpy.types.Panel):
+class RELUME_PT_performance(RenderPanel, bpy.types.Panel):
     """What the viewport gives up for its speed."""
 
     bl_label = "Performance"
@@ -146,7 +137,7 @@ class RELUME_PT_performance(_RenderPanel, bpy.types.Panel):
         layout.prop(context.scene.relume, "frame_rate", text="Moving View")
 
 
-class RELUME_PT_film(_RenderPanel, bpy.types.Panel):
+class RELUME_PT_film(RenderPanel, bpy.types.Panel):
     """The render settings shared with Cycles."""
 
     bl_label = "Film"
@@ -241,12 +232,4 @@ CLASSES = (
     RELUME_PT_material,
 )
 
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

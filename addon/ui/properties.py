@@ -251,10 +251,14 @@ def picture_seconds(scene: bpy.types.Scene) -> float:
     return _PICTURE_SECONDS[scene.relume.frame_rate]
 
 
+_register_classes, _unregister_classes = bpy.utils.register_classes_factory(
+    (RELUME_PG_camera, RELUME_PG_material, RELUME_PG_settings)
+)
+
+
 def register() -> None:
     """Give every scene, camera and material its settings."""
-    for cls in (RELUME_PG_camera, RELUME_PG_material, RELUME_PG_settings):
-        bpy.utils.register_class(cls)
+    _register_classes()
     bpy.types.Camera.relume = bpy.props.PointerProperty(type=RELUME_PG_camera)
     bpy.types.Material.relume = bpy.props.PointerProperty(type=RELUME_PG_material)
     bpy.types.Scene.relume = bpy.props.PointerProperty(type=RELUME_PG_settings)
@@ -267,5 +271,4 @@ def unregister() -> None:
     del bpy.types.Scene.relume
     del bpy.types.Material.relume
     del bpy.types.Camera.relume
-    for cls in (RELUME_PG_settings, RELUME_PG_material, RELUME_PG_camera):
-        bpy.utils.unregister_class(cls)
+    _unregister_classes()

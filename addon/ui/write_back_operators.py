@@ -165,12 +165,4 @@ def _state(light: Any, controls: LightControls) -> tuple[str, str]:
 
 CLASSES = (RELUME_OT_write_back, RELUME_OT_remove_write_back, RELUME_PT_write_back)
 
-
-def register() -> None:
-    for cls in CLASSES:
-        bpy.utils.register_class(cls)
-
-
-def unregister() -> None:
-    for cls in reversed(CLASSES):
-        bpy.utils.unregister_class(cls)
+register, unregister = bpy.utils.register_classes_factory(CLASSES)

@@ -281,7 +281,9 @@ class ShadingSamples:
         known = self._kept.get(k)
         if known is None:
             hits = self._hits(k)
-            known = self._gather.at(hits, self._mean), hits.triangles
+            height = self._lists.lists.height if self._lists is not None else None
+            surface = replace(self._gather.at(hits, self._mean), picture_height=height)
+            known = surface, hits.triangles
         surface, triangles = known
         if with_objects and surface.objects is None:
             surface = replace(surface, objects=self._objects_of(triangles))

@@ -36,6 +36,8 @@ class SurfaceBuffer:
         layout: what lies where.
         objects: R32F, 1 + index into `SceneGeometry.object_names`, 0 where nothing is hit; None
             where nobody asked for it.
+        picture_height: how many of the rows are a picture, with neighbours side by side; None for
+            all.
     """
 
     width: int
@@ -49,6 +51,7 @@ class SurfaceBuffer:
     material_table: Texture
     layout: SurfaceLayout
     objects: Texture | None = None
+    picture_height: int | None = None
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""

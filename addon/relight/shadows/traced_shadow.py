@@ -25,18 +25,16 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import Texture, read_texture, texture_from_array
 from ...scene.geometry import SceneGeometry
 from ...scene.light import Light
-from ..light_points.light_cells import SPOTS, quarters
+from ..light_points.light_cells import SPOTS
 from ..light_points.light_sample import EmitterPoint, LightSample
 from ..light_points.turned_disk import turned_way
 from ..lights.light_reach import ReachPass
 from ..shading.shadow import ShadowKind
 from .shadow_rays import LIFT, LocalScene, ReceiverFinder, Receivers, ShadowRays
+from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
 
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
-_ALL = (1 << SPOTS) - 1
 
-# Which spot a pixel of a 4 x 4 block looks at first: in each 2 x 2 four of different quarters.
-_FIRST = np.array([[0, 1, 4, 5], [2, 3, 6, 7], [8, 9, 12, 13], [10, 11, 14, 15]])
 
 # A ray ends this share of its length before the light's point. What holds a lamp may lie exactly
 # at the point; the sum of the roundings of start, direction and length is a few spacings (1.2e-7).
@@ -151,9 +149,10 @@ class TracedShadowPass:
             way=reach[row, column].astype(np.float64),
         )
         if len(sample.spots):
-            spots = _look_at_spots(rays, row, column, reach.shape[:2], thorough)
+            place = PixelPlaces(row, column, reach.shape[:2], surface.picture_height)
+            spots = look_at_spots(rays.reach_spots, place, thorough)
         else:
-            spots = np.where(rays.reach_point(), _ALL, 0)
+            spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
         picture = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
         picture[row, column, 0] = spots
         return TracedShadow(texture_from_array(picture, "R32F"), rays.count)
@@ -255,109 +254,6 @@ class _Rays:
             limit = np.maximum(limit - short, 0.0)
         direction = way / np.where(length > 0.0, length, 1.0)[:, None]
         return ~self._rays.blocked(start, direction, limit)
-
-
-def _look_at_spots(
-    rays: _Rays,
-    row: NDArray[np.int64],
-    column: NDArray[np.int64],
-    size: tuple[int, ...],
-    thorough: float,
-) -> NDArray[np.int64]:
-    """(N,) the spots that N pixels see, a bit each.
-
-    Args:
-        rays: of the pixels.
-        row: (N,) their rows.
-        column: (N,) their columns.
-        size: the picture's height and width.
-        thorough: see `TracedShadowPass.draw`.
-    """
-    first = _FIRST[row % 4, column % 4]
-    looks = _Looks(len(row))
-    looks.look(rays, np.arange(len(row)), first[:, None])
-    # In the 5 x 5 pixels around are blocks of 4 x 4, which look at all spots.
-    some = np.flatnonzero(_differ(looks, row, column, size, 2))
-    looks.look(rays, some, first[some, None] ^ np.arange(1, 4))
-    several = looks.count > 1
-    # In 3 x 3 as well, of four each.
-    some = np.flatnonzero(several & _differ(looks, row, column, size, 1))
-    if len(some) <= thorough * np.prod(size):
-        looks.look(rays, some, first[some, None] ^ np.arange(4, SPOTS))
-    return looks.spots()
-
-
-class _Looks:
-    """What N pixels know of their spots.
-
-    Attributes:
-        is_open: (N,) for each spot a bit: it was looked at and is open.
-        above: (N,) it was looked at and is on the side that is lit.
-        count: (N,) how many were looked at.
-    """
-
-    def __init__(self, pixels: int) -> None:
-        self.is_open = np.zeros(pixels, dtype=np.int32)
-        self.above = np.zeros(pixels, dtype=np.int32)
-        self.count = np.zeros(pixels, dtype=np.int32)
-
-    def look(self, rays: _Rays, some: NDArray[np.int64], spots: NDArray[np.int64]) -> None:
-        """Send rays of some pixels (M,) to the spots (M, G)."""
-        found = rays.reach_spots(np.repeat(some, spots.shape[1]), spots.ravel())
-        bit = 1 << spots
-        for known, each in zip((self.is_open, self.above), found, strict=True):
-            known[some] |= np.where(each.reshape(spots.shape), bit, 0).sum(axis=1, dtype=np.int32)
-        self.count[some] += spots.shape[1]
-
-    def spots(self) -> NDArray[np.int64]:
-        """(N,) a bit for each spot that is open; those that were not looked at are as open as the
-        one in their quarter, and those below what is lit as most that are above."""
-        result = np.where(self.is_open != 0, _ALL, 0)
-        mixed = (self.count > 1) & (self.is_open != 0) & (self.is_open != self.above)
-        some = np.flatnonzero(mixed)
-        bits = np.arange(SPOTS)
-        is_open, above = (
-            ((known[some, None] >> bits) & 1).astype(np.bool_)
-            for known in (self.is_open, self.above)
-        )
-        quarter = quarters()
-        for number in range(4):
-            inside = quarter == number
-            few = (self.count[some] == 4)[:, None] & inside
-            is_open |= few & is_open[:, inside].any(axis=1)[:, None]
-            above |= few & above[:, inside].any(axis=1)[:, None]
-        mostly = 2 * is_open.sum(axis=1) > above.sum(axis=1)
-        is_open = np.where(above, is_open, mostly[:, None])
-        result[some] = (is_open << bits).sum(axis=1)
-        return result
-
-
-def _differ(
-    looks: _Looks,
-    row: NDArray[np.int64],
-    column: NDArray[np.int64],
-    size: tuple[int, ...],
-    near: int,
-) -> NDArray[np.bool_]:
-    """(N,) whether pixels up to `near` rows and columns away found spots open and others hidden."""
-    hidden, opened = (np.zeros(size, dtype=np.bool_) for _ in range(2))
-    hidden[row, column] = looks.is_open != looks.above
-    opened[row, column] = looks.is_open != 0
-    differ = _spread(hidden, near) & _spread(opened, near)
-    # Who looked at something that is not lit from there knows nothing.
-    return np.asarray(differ[row, column] | (looks.above == 0))
-
-
-def _spread(picture: NDArray[np.bool_], near: int) -> NDArray[np.bool_]:
-    """(H, W) whether any pixel up to `near` rows and columns away is set."""
-    for axis in (0, 1):
-        along = np.moveaxis(picture, axis, 0)
-        result = along.copy()
-        for step in range(1, near + 1):
-            result[step:] |= along[:-step]
-            result[:-step] |= along[step:]
-        picture = np.moveaxis(result, 0, axis)
-    return picture
 
 
 def _before_emitter(

@@ -35,9 +35,9 @@ class Clusters:
     @classmethod
     def of(cls, corners: NDArray[np.float32]) -> Clusters:
         """From (T, 3, 3) in the order in which they are drawn."""
-        starts = np.arange(0, len(corners), CLUSTER)
-        low = np.minimum.reduceat(corners.min(axis=1), starts).astype(np.float64)
-        high = np.maximum.reduceat(corners.max(axis=1), starts).astype(np.float64)
+        starts, points = np.arange(0, 3 * len(corners), 3 * CLUSTER), corners.reshape(-1, 3)
+        low = np.minimum.reduceat(points, starts).astype(np.float64)
+        high = np.maximum.reduceat(points, starts).astype(np.float64)
         margin = _MARGIN * np.maximum(np.abs(low), np.abs(high))
         return cls(len(corners), low - margin, high + margin)
 

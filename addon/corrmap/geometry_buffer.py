@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
 from ..glsl.triangles import depth_tested, triangle_batch
 from ..glsl.uniforms import Field, UniformBlock
-from ..scene.geometry import Cutout, SceneGeometry
+from ..scene.geometry import PART, Cutout, SceneGeometry
 from .clusters import Clusters, order_of_objects, overlaps
 from .corner_normal_table import CornerNormalTable
 from .pose_table import POSE_SAMPLERS
@@ -169,13 +169,16 @@ class GeometryBuffer:
         self._groups: list[_Group] = []
         # Sorting keeps what is equal in the geometry's order.
         rank = order_of_objects(geometry.vertices, geometry.triangles, geometry.object_id)
-        self.scene_triangle = np.lexsort((rank[geometry.object_id], combination))
-        keys, starts = np.unique(combination[self.scene_triangle], return_index=True)
+        self.scene_triangle = np.argsort(
+            combination * len(rank) + rank[geometry.object_id], kind="stable"
+        )
+        sorted_keys = combination[self.scene_triangle]
+        starts = np.append(0, np.flatnonzero(sorted_keys[1:] != sorted_keys[:-1]) + 1)
         parts = np.split(self.scene_triangle, starts[1:])
-        for key, first, chosen in zip(keys, starts, parts, strict=True):
+        for key, first, chosen in zip(sorted_keys[starts], starts, parts, strict=True):
             cutout_number = int(key) // 4 - 1
             cutout_used = geometry.cutouts[cutout_number] if cutout_number >= 0 else None
-            corners = local[geometry.triangles[chosen]]
+            corners = _corners(local, geometry.triangles, chosen)
             self._groups.append(
                 _Group(
                     batch=_batch(geometry, corners, chosen, cutout_used is not None),
@@ -197,15 +200,7 @@ class GeometryBuffer:
     @cached_property
     def table(self) -> TriangleTable:
         """What is known of each triangle by its number; made when a pass first asks."""
-        geometry, order = self._geometry, self.scene_triangle
-        corner = geometry.vertices[geometry.triangles[order, 0]] - self.origin
-        normal = geometry.normal[order]
-        return TriangleTable.upload(
-            normal,
-            np.einsum("tx,tx->t", normal, corner),
-            geometry.material_id[order],
-            geometry.object_id[order],
-        )
+        return TriangleTable.upload(self._geometry, self.scene_triangle, self.origin)
 
     @cached_property
     def corner_normals(self) -> CornerNormalTable | None:
@@ -296,6 +291,17 @@ def _runs(object_id: NDArray[np.int32]) -> dict[str, NDArray[np.int64]]:
     changes = np.flatnonzero(object_id[1:] != object_id[:-1]) + 1
     ends = np.append(changes, len(object_id)).astype(np.int64)
     return {"run_end": ends, "run_object": object_id[ends - 1].astype(np.int64)}
+
+
+def _corners(
+    local: NDArray[np.float32], triangles: NDArray[np.int32], chosen: NDArray[np.int64]
+) -> NDArray[np.float32]:
+    """(N, 3, 3) the corners of some triangles."""
+    corners = np.empty((len(chosen), 3, 3), dtype=np.float32)
+    for start in range(0, len(chosen), PART):
+        some = chosen[start : start + PART]
+        np.take(local, triangles[some], axis=0, out=corners[start : start + len(some)], mode="clip")
+    return corners
 
 
 def _batch(

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import Samplers, Texture, texture_from_array
+from ..scene.geometry import PART, SceneGeometry
 
 # Texels in a row of the tables; also in `triangle_table.glsl`.
 TABLE_WIDTH = 4096
@@ -35,18 +36,21 @@ class TriangleTable:
 
     @classmethod
     def upload(
-        cls,
-        normal: NDArray[np.float64],
-        offset: NDArray[np.float64],
-        material_id: NDArray[np.int32],
-        object_id: NDArray[np.int32],
+        cls, geometry: SceneGeometry, order: NDArray[np.int64], origin: NDArray[np.float64]
     ) -> TriangleTable:
-        """From (T, 3), (T,), (T,) and (T,), in the order of the triangles' numbers."""
-        count = len(normal)
-        plane = _texels(count, 4)
-        plane[:count, :3], plane[:count, 3] = normal, offset
-        ids = _texels(count, 2)
-        ids[:count, 0], ids[:count, 1] = material_id, object_id
+        """The table of a geometry's triangles in an order (T,) of their own, relative to `origin`
+        (3,), world space."""
+        count = len(order)
+        plane, ids = _texels(count, 4), _texels(count, 2)
+        for start in range(0, count, PART):
+            end = min(start + PART, count)
+            some = order[start:end]
+            normal = geometry.normal[some]
+            corner = geometry.vertices[geometry.triangles[some, 0]] - origin
+            plane[start:end, :3] = normal
+            plane[start:end, 3] = np.einsum("tx,tx->t", normal, corner)
+            ids[start:end, 0] = geometry.material_id[some]
+            ids[start:end, 1] = geometry.object_id[some]
         ids += 1.0
         return cls(
             texture_from_array(plane.reshape(-1, TABLE_WIDTH, 4), "RGBA32F"),

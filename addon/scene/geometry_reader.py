@@ -138,6 +138,8 @@ class _Collector:
             )
         if evaluated.type not in MESH_TYPES:
             return
+        if any(_is_hair(system.settings) for system in getattr(evaluated, "particle_systems", ())):
+            self.warn(f"object '{original.name}' has particle hair, which is not shown yet")
         # Cycles asks who instances an object, and not the object, whether it is held out; its
         # ray visibility counts with that of its instancer.
         instancer = instance.parent if instance.is_instance else evaluated
@@ -296,6 +298,11 @@ def _have_area(vertices: NDArray[np.float64], triangles: NDArray[np.int32]) -> N
         a, b, c = (vertices[corner] for corner in triangles[start : start + _CHUNK].T)
         result[start : start + _CHUNK] = np.cross(b - a, c - a).any(axis=1)
     return result
+
+
+def _is_hair(settings: Any) -> bool:
+    """Whether a particle system is rendered as strands."""
+    return bool(settings.type == "HAIR" and settings.render_type == "PATH")
 
 
 def _slot_materials(evaluated: Any) -> list[Any]:

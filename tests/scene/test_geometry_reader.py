@@ -406,3 +406,12 @@ def test_thousands_of_instances_are_read_in_seconds(scene: bpy.types.Scene) -> N
     assert time.process_time() - started < 5.0
     assert np.bincount(geometry.object_id).tolist() == [2] * number
     assert np.allclose(geometry.bounds, [[0, 0, 0], [2 * number - 1, 1, 0]])
+
+
+def test_particle_hair_is_named(scene: bpy.types.Scene) -> None:
+    plane = add_mesh(scene, "Furry")
+    plane.modifiers.new("Hair", "PARTICLE_SYSTEM")
+    plane.particle_systems[0].settings.type = "HAIR"
+    assert read(scene).warnings == ("object 'Furry' has particle hair, which is not shown yet",)
+    plane.particle_systems[0].settings.render_type = "NONE"
+    assert read(scene).warnings == ()

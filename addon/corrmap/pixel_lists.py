@@ -95,6 +95,11 @@ class ListBuilder:
         self._times = np.zeros(0, dtype=np.int64)
 
     @property
+    def entries(self) -> int:
+        """Entries that the lists have at most."""
+        return len(self._keys) + sum(len(keys) for keys in self._new)
+
+    @property
     def visibility(self) -> int:
         """Visibility samples so far."""
         return self._visibility
@@ -105,7 +110,9 @@ class ListBuilder:
         position: NDArray[np.float32],
         normal: NDArray[np.float32],
         triangle: NDArray[np.float32],
-        offset: tuple[float, float],
+        film: NDArray[np.float64],
+        *,
+        moved: NDArray[np.float64] | None = None,
     ) -> None:
         """Count one visibility sample of every pixel.
 
@@ -114,15 +121,22 @@ class ListBuilder:
             position: (N, 4) what it hits there, as `VisibleSurface.position`.
             normal: (N, 3) as `VisibleSurface.normal`.
             triangle: (N, 2) as `VisibleSurface.triangles`.
-            offset: its place, pixels (x, y) from the pixels' centres.
+            film: (N, 2) where in the picture the hits lie, pixels from its corner.
+            moved: (N, 2) where in the picture the pixels' middles have come to lie, through a lens
+                or a shutter. The sample of the cell there, which is shaded all over that cell's
+                filter, serves first; without, that is the pixel's own, of which the hits are
+                strays.
         """
         self._visibility += 1
-        row, column = np.divmod(pixel, self._width)
-        # What lies beyond the picture's border counts for the cells at it.
-        column = np.clip(np.floor(column + 0.5 + offset[0]), 0, self._width - 1)
-        row = np.clip(np.floor(row + 0.5 + offset[1]), 0, self._height - 1)
-        cell = (row * self._width + column).astype(np.int64)
-        sample = self._samples_of(cell, position, normal, triangle)
+        sample = np.full(len(pixel), -1, dtype=np.int64)
+        if moved is not None:
+            near = self._cells(moved)
+            place, facing = self._position[near], self._normal[near]
+            serves = same_surface(place, facing, position, normal)
+            sample[serves] = near[serves]
+        rest = np.flatnonzero(sample < 0)
+        cell = self._cells(film[rest])
+        sample[rest] = self._samples_of(cell, position[rest], normal[rest], triangle[rest])
         self._new.append(pixel << 32 | sample)
         if sum(len(keys) for keys in self._new) > _COUNT_TOGETHER:
             self._count_together()
@@ -159,6 +173,11 @@ class ListBuilder:
             triangle=self._triangle[extra].copy(),
             visibility=self._visibility,
         )
+
+    def _cells(self, film: NDArray[np.float64]) -> NDArray[np.int64]:
+        """(N,) the cells of (N, 2) places; what lies beyond the border counts for those at it."""
+        column, row = np.clip(np.floor(film), 0, [self._width - 1, self._height - 1]).T
+        return np.asarray(row * self._width + column, dtype=np.int64)
 
     def _count_together(self) -> None:
         keys, where = np.unique(np.concatenate([self._keys, *self._new]), return_inverse=True)

@@ -13,7 +13,6 @@ edges of shadows and highlights are filtered as the pixels are.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
@@ -39,7 +38,8 @@ from .same_surface import SAME_SURFACE_DEFINES
 from .surface_buffer import SurfaceBuffer
 from .surface_layout import SurfaceLayout
 from .tile_pages import TilePages
-from .visible_surface import VisibleSurface
+from .view_looks import ViewLooks
+from .visible_surface import VisibleSurface, clip_from_local
 
 # Visibility samples whose hits the parameters of a shading sample are the mean of.
 GATHERED = 16
@@ -52,6 +52,9 @@ _BYTES_OF_PLACES = 40
 
 # Of a texture of values, where normals are the mesh's there.
 _BYTES_OF_VALUES = 16
+
+# Entries of all lists: a quarter of a gigabyte.
+_MOST_ENTRIES = 1 << 25
 
 # Texels in a row of what is uploaded as a plain row of values.
 _ROW = 4096
@@ -69,6 +72,18 @@ _STRAY = PassShader(
     defines=SAME_SURFACE_DEFINES,
     samplers=_SAMPLE_SAMPLERS,
     outputs=(("FLOAT", "stray"),),
+)
+# Through a lens or a shutter a pixel's own surface may be hit anywhere.
+_STRAY_BLURRED = replace(
+    _STRAY,
+    name="stray_blurred",
+    blocks=(
+        UniformBlock(
+            "film",
+            (Field("mat4", "clip_from_local"), Field("vec2", "size"), Field("float", "reach")),
+        ),
+    ),
+    defines=(*SAME_SURFACE_DEFINES, ("IS_BLURRED", "1")),
 )
 _PICK = PassShader(
     name="pick_hits",
@@ -115,28 +130,22 @@ _MEAN_BLOCK = UniformBlock("mean", (Field("float", "share"),))
 class PixelListPass:
     """Tells which hits are strays, for a `ListBuilder`."""
 
-    def __init__(self) -> None:
-        self._stray = _STRAY.build()
+    def __init__(self, looks: ViewLooks) -> None:
+        self._looks = looks
+        self._stray = (_STRAY_BLURRED if looks.is_blurred else _STRAY).build()
         self._pick = _PICK.build()
 
-    def add(
-        self,
-        builder: ListBuilder,
-        own: VisibleSurface,
-        hits: VisibleSurface,
-        offset: tuple[float, float],
-    ) -> None:
-        """Count one visibility sample of the view.
+    def add(self, builder: ListBuilder, own: VisibleSurface, k: int) -> None:
+        """Count visibility sample k.
 
         Args:
             builder: of the lists.
             own: what the pixels' centres see.
-            hits: what the sample sees.
-            offset: its place, pixels from the centres.
+            k: which sample.
         """
+        hits = self._looks.visible(k)
         mask = texture_2d(own.position.width, own.position.height, "R8")
-        textures = _pair_textures(own, hits)
-        self._stray.draw_fullscreen(framebuffer([mask]), textures, {})
+        self._stray.draw_fullscreen(framebuffer([mask]), _pair_textures(own, hits), self._film(k))
         pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
         if not len(pixel):
             builder.add_none()
@@ -159,7 +168,23 @@ class PixelListPass:
             read_texture(t).reshape(-1, components)[: len(pixel)]
             for t, components in zip(picked, (4, 4, 2), strict=True)
         )
-        builder.add(pixel, position, normal[:, :3], triangle, offset)
+        film = self._looks.film(k, pixel, position)
+        # Where the pixel itself has been moved to, by the lens or by motion.
+        moved = film - np.array(self._looks.offset(k)) if self._looks.is_blurred else None
+        builder.add(pixel, position, normal[:, :3], triangle, film, moved=moved)
+
+    def _film(self, k: int) -> dict[str, dict[str, Any]]:
+        """Where the reference has its pixels."""
+        if not self._looks.is_blurred:
+            return {}
+        view = self._looks.view
+        return {
+            "film": {
+                "clip_from_local": clip_from_local(view, self._looks.surfaces.origin),
+                "size": (view.width, view.height),
+                "offset": self._looks.offset(k),
+            }
+        }
 
 
 class PixelListTextures:
@@ -167,13 +192,15 @@ class PixelListTextures:
 
     Attributes:
         lists: the same as arrays.
-        place: RG32F, for each pixel where its list begins and how long it is.
+        place: RG32F, for each pixel the row of the entries where its list begins, and its length
+            times the width of a row and the column.
         entries: RG32F, sample numbers and weights.
     """
 
     def __init__(self, lists: PixelLists) -> None:
         self.lists = lists
-        place = np.stack([lists.first, lists.count], axis=1).astype(np.float32)
+        row, column = np.divmod(lists.first, _ROW)
+        place = np.stack([row, column + _ROW * lists.count], axis=1).astype(np.float32)
         self.place = texture_from_array(place.reshape(lists.height, lists.width, 2), "RG32F")
         entries = np.stack([lists.sample.astype(np.float32), lists.weight], axis=1)
         self.entries = _rows(entries)
@@ -192,31 +219,25 @@ class ShadingSamples:
     """The atlas of a view. Call `step` until it says that there is nothing left.
 
     Args:
-        visible: gives a visibility sample of the view by its number; 0 is at the centres.
-        offset: gives its place in the pixels.
+        looks: the view's samples.
         passes: find the texels, and read them.
         pages: the cache on the GPU.
         geometry: whose triangles are seen.
-        film: gives where in the view it sees what is infinitely far.
         visibility: how many visibility samples the lists are made of.
         memory_budget: bytes of the GPU's memory for the places where samples are shaded.
     """
 
     def __init__(
         self,
-        visible: Callable[[int], VisibleSurface],
-        offset: Callable[[int], tuple[float, float]],
+        looks: ViewLooks,
         passes: tuple[CorrespondencePass, GatherPass],
         pages: TilePages,
         geometry: GeometryBuffer,
         *,
-        film: Callable[[int], tuple[float, float]],
         visibility: int,
         memory_budget: int,
     ) -> None:
-        self._visible = visible
-        self._offset = offset
-        self._film = film
+        self._looks = looks
         self._correspondence, self._gather = passes
         self._pages = pages
         self._geometry = geometry
@@ -247,16 +268,15 @@ class ShadingSamples:
         if self._mean is not None:
             return False
         if self._own is None or self._builder is None:
-            self._own = self._visible(0)
+            self._own = self._looks.pinhole(0)
             normal = read_texture(self._own.normal)[..., :3]
             self._builder = ListBuilder(read_texture(self._own.position), normal)
             # The centres hit their own samples.
             self._builder.add_none()
         elif self._lists is None:
-            k = self._builder.visibility
-            if k < self._visibility:
-                hits = self._visible(k)
-                self._pass.add(self._builder, self._own, hits, self._offset(k))
+            k, full = self._builder.visibility, self._builder.entries > _MOST_ENTRIES
+            if k < self._visibility and not full:
+                self._pass.add(self._builder, self._own, k)
             else:
                 self._lists = PixelListTextures(self._builder.finish())
                 self._own = self._with_further(self._own, self._lists.lists)
@@ -298,7 +318,7 @@ class ShadingSamples:
 
     @cached_property
     def _pass(self) -> PixelListPass:
-        return PixelListPass()
+        return PixelListPass(self._looks)
 
     @cached_property
     def _hits_program(self) -> ShaderProgram:
@@ -347,7 +367,7 @@ class ShadingSamples:
         """Where the atlas' samples are shaded for sample k."""
         if self._own is None or self._lists is None or self._cells is None:
             raise RuntimeError("the lists are not complete")
-        own, hits = self._own, self._visible(k)
+        own, hits = self._own, self._looks.pinhole(k)
         size = (own.position.width, own.position.height)
         targets = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
         self._hits_program.draw_fullscreen(
@@ -358,7 +378,7 @@ class ShadingSamples:
                 "visible_triangle": hits.triangles,
                 "sample_cell": self._cells,
             },
-            {"hits": {"offset": self._film(k), "height": self._lists.lists.height}},
+            {"hits": {"offset": self._looks.offset(k), "height": self._lists.lists.height}},
         )
         return VisibleSurface(targets[0], targets[1], own.eye, targets[2])
 
@@ -431,8 +451,7 @@ def fits_lists(width: int, height: int) -> bool:
 
 def _rows(values: NDArray[np.float32]) -> Texture:
     """(N, 2) float32 as RG32F texels, row by row; the last row is filled up with zeros."""
-    across = min(max(len(values), 1), _ROW)
-    rows = max(-(-len(values) // across), 1)
-    filled = np.zeros((rows * across, 2), dtype=np.float32)
+    rows = max(-(-len(values) // _ROW), 1)
+    filled = np.zeros((rows * _ROW, 2), dtype=np.float32)
     filled[: len(values)] = values
-    return texture_from_array(filled.reshape(rows, across, 2), "RG32F")
+    return texture_from_array(filled.reshape(rows, _ROW, 2), "RG32F")

@@ -32,13 +32,8 @@ from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
 from .tile_pages import CACHE_BUDGET, TilePages, upload_tiles
-from .visibility_samples import (
-    VisibilitySample,
-    draw_visibility_sample,
-    film_offset,
-    visibility_sample,
-)
-from .visible_surface import VisibleSurface, VisibleSurfacePass
+from .view_looks import ViewLooks
+from .visible_surface import VisibleSurfacePass
 
 _BYTES_PER_RGBA32F = 16
 _BYTES_PER_R32F = 4
@@ -202,6 +197,27 @@ class SurfaceSampler:
             self._build(view)
         return True
 
+    def set_exposure(self, exposure: Exposure | None) -> bool:
+        """What moves while the shutter is open, as read for the geometry that is set; None for
+        nothing. False when it is the same."""
+        if exposure is self._exposure:
+            return False
+        self._exposure = exposure
+        self._forget()
+        return True
+
+    @property
+    def looks(self) -> ViewLooks:
+        """The current view's samples.
+
+        Raises:
+            RuntimeError: no view was set yet.
+        """
+        if self._view is None:
+            raise RuntimeError("set a view before looking at it")
+        count = len(self._geometry.object_names)
+        return ViewLooks(self._view, self._visible_pass, self._exposure, count)
+
     def sample(self, index: int, *, with_objects: bool = False) -> SurfaceBuffer:
         """Sample `index` of the current view; sample 0 is at the pixels' centres.
 
@@ -219,7 +235,7 @@ class SurfaceSampler:
         if surface is None:
             surface = self._gathered(index, self._view, with_objects)
         elif with_objects and surface.objects is None:
-            visible = self._visible(index, self._view, with_objects)
+            visible = self.looks.visible(index, with_objects=with_objects)
             surface = self._samples[index] = replace(surface, objects=visible.objects)
         return self._laid_out(surface)
 
@@ -240,12 +256,10 @@ class SurfaceSampler:
             return False
         if self._shading is None:
             self._shading = ShadingSamples(
-                lambda k: self._visible(k, view, False),
-                lambda k: self.look(k).offset,
+                self.looks,
                 (self._correspondence_pass, self._gather_pass),
                 self._pages,
                 self.geometry_buffer,
-                film=lambda k: film_offset(view, self.look(k)),
                 visibility=visibility,
                 memory_budget=self._memory_budget,
             )
@@ -278,34 +292,9 @@ class SurfaceSampler:
             return surface
         return replace(surface, material_table=self._material_table, layout=self._layout)
 
-    def set_exposure(self, exposure: Exposure | None) -> bool:
-        """What moves while the shutter is open, as read for the geometry that is set; None for
-        nothing. False when nothing did before either."""
-        if exposure is None and self._exposure is None:
-            return False
-        self._exposure = exposure
-        self._forget()
-        return True
-
-    def look(self, index: int) -> VisibilitySample:
-        """Through where and when sample `index` looks.
-
-        Raises:
-            RuntimeError: no view was set yet.
-        """
-        if self._view is None:
-            raise RuntimeError("set a view before sampling it")
-        objects = len(self._geometry.object_names)
-        return visibility_sample(self._view, index, self._exposure, objects)
-
-    def _visible(self, index: int, view: View, with_objects: bool) -> VisibleSurface:
-        return draw_visibility_sample(
-            self._visible_pass, view, self.look(index), with_objects=with_objects
-        )
-
     def _gathered(self, index: int, view: View, with_objects: bool) -> SurfaceBuffer:
         """A sample as the cache has it, kept if there is room."""
-        visible = self._visible(index, view, with_objects)
+        visible = self.looks.visible(index, with_objects=with_objects)
         correspondence = self._correspondence_pass.draw(visible)
         if self._pages.is_paged:
             self._pages.bring(correspondence.read())

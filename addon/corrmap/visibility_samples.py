@@ -92,23 +92,6 @@ def through_lens(view: View, right: float, up: float) -> View:
     return replace(view, world_from_camera=world_from_camera, clip_from_camera=matrix)
 
 
-def film_offset(view: View, sample: VisibilitySample) -> tuple[float, float]:
-    """Where in the view, pixels from the pixels' centres, a sample sees what is infinitely far.
-
-    The same for all pixels where it looks through another point of the lens; where the camera
-    turns, that of the picture's middle.
-    """
-    if sample.view is view or not view.perspective:
-        return sample.offset
-    middle = np.array([0.5 * view.width, 0.5 * view.height])
-    _, direction = sample.view.rays(middle + sample.offset)
-    found = view.project(view.origin + direction)
-    if found[3] <= 0.0:
-        return sample.offset
-    x, y = found[:2] - middle
-    return float(x), float(y)
-
-
 def draw_visibility_sample(
     surfaces: VisibleSurfacePass,
     view: View,

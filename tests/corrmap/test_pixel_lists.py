@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.corrmap.pixel_filter import pixel_offsets
 from addon.corrmap.pixel_lists import MOST_IN_CELL, ListBuilder, PixelLists
 from addon.corrmap.same_surface import MOST_BEND, same_surface
 from addon.scene.geometry import SceneGeometry
@@ -32,24 +31,24 @@ def make_view(scale: float, offset: NDArray[np.float64], size: tuple[int, int]) 
     )  # fmt: skip
 
 
-def visible(geometry: SceneGeometry, view: View, count: int) -> tuple[list[Any], Any]:
+def visible(geometry: SceneGeometry, view: View) -> tuple[Any, list[Any], list[Any]]:
+    """The view's looks, what its samples see, and where in the pixels they lie."""
     from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.view_looks import ViewLooks
     from addon.corrmap.visible_surface import VisibleSurfacePass
 
-    offsets = pixel_offsets(view.pixel_filter, count)
-    draw = VisibleSurfacePass(GeometryBuffer(geometry, view.origin)).draw
-    places = [(float(x), float(y)) for x, y in offsets]
-    return [draw(view, place) for place in places], places
+    looks = ViewLooks(view, VisibleSurfacePass(GeometryBuffer(geometry, view.origin)))
+    every = range(VISIBILITY)
+    return looks, [looks.visible(k) for k in every], [looks.offset(k) for k in every]
 
 
-def make_lists(seen: list[Any], offsets: list[tuple[float, float]]) -> PixelLists:
+def make_lists(looks: Any, own: Any) -> PixelLists:
     from addon.corrmap.shading_samples import PixelListPass
     from addon.glsl.shader import read_texture
 
-    own = seen[0]
     builder = ListBuilder(read_texture(own.position), read_texture(own.normal)[..., :3])
-    for each, offset in zip(seen, offsets, strict=True):
-        PixelListPass().add(builder, own, each, offset)
+    for k in range(VISIBILITY):
+        PixelListPass(looks).add(builder, own, k)
     return builder.finish()
 
 
@@ -58,8 +57,8 @@ def room_lists(
 ) -> tuple[list[Any], list[tuple[float, float]], PixelLists]:
     moved = np.full(3, offset)
     view = make_view(scale, moved, size)
-    seen, offsets = visible(synthetic.room_with_box(scale, moved), view, VISIBILITY)
-    return seen, offsets, make_lists(seen, offsets)
+    looks, seen, offsets = visible(synthetic.room_with_box(scale, moved), view)
+    return seen, offsets, make_lists(looks, seen[0])
 
 
 def test_the_gpus_lists_are_the_twins() -> None:
@@ -119,7 +118,8 @@ def test_pixels_are_their_lists_weighted_sums() -> None:
     for texture in layers:
         # A dozen products and sums of numbers below one, float32.
         assert np.abs(read_texture(texture) - want).max() < 2e-6
-    assert textures.nbytes == 8 * (width * height + len(lists.sample))
+    # Rows of entries are filled up.
+    assert 0 <= textures.nbytes - 8 * (width * height + len(lists.sample)) < 8 * 4096
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-3, 0.0), (1e5, 0.0), (1.0, 1e6), (1e-2, 1e3)])
@@ -143,8 +143,8 @@ def test_a_view_without_edges_has_no_lists() -> None:
     view = synthetic.perspective_view(
         synthetic.looking_at((0, -3.0, 0.3), (0, 0, 0)), 32, 24, 0.1, far=1000.0
     )
-    seen, offsets = visible(geometry, view, VISIBILITY)
-    lists = make_lists(seen, offsets)
+    looks, seen, _ = visible(geometry, view)
+    lists = make_lists(looks, seen[0])
     assert lists.samples_per_pixel == 1.0
     assert not lists.count.any()
     assert not len(lists.sample)
@@ -157,10 +157,11 @@ def test_a_crowded_cell_has_a_bounded_number_of_samples() -> None:
     position[0, 0] = (0.0, 0.0, -1.0, 1.0)
     normal = np.array([[[0.0, 0.0, 1.0]]], dtype=np.float32)
     builder = ListBuilder(position, normal)
+    middle = np.array([[0.5, 0.5]])
     for k in range(count):
         hit = np.array([[0.0, 0.0, -2.0 - k, 1.0]], dtype=np.float32)
         builder.add(
-            np.zeros(1, dtype=np.int64), hit, normal[0], np.ones((1, 2), np.float32), (0.0, 0.0)
+            np.zeros(1, dtype=np.int64), hit, normal[0], np.ones((1, 2), np.float32), middle
         )
     lists = builder.finish()
     assert len(lists.cell) == MOST_IN_CELL - 1
@@ -177,7 +178,7 @@ def test_several_hits_of_one_cell_share_new_samples() -> None:
     hits = np.array([[0.0, 0, -2, 1], [0.1, 0, -2, 1], [0.0, 0, -2, 2]], dtype=np.float32)
     facing = np.tile(np.array([0.0, 0.0, 1.0], dtype=np.float32), (3, 1))
     triangle = np.array([[1, 5], [1, 5], [1, 6]], dtype=np.float32)
-    builder.add(np.arange(3), hits, facing, triangle, (-9.0, 0.0))
+    builder.add(np.arange(3), hits, facing, triangle, np.array([[-8.5, 0.5]] * 3))
     lists = builder.finish()
     assert lists.cell.tolist() == [0, 0]
     assert lists.sample.tolist() == [3, 3, 4]
@@ -217,8 +218,18 @@ def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
         def add(self, pixel: NDArray[np.int64], *_: Any) -> None:
             self.pixel = pixel
 
+    class Looks:
+        is_blurred = False
+
+        def visible(self, _: int) -> VisibleSurface:
+            return upload(other, turned)
+
+        def film(self, *_: Any) -> None:
+            pass
+
     kept: Any = Kept()
-    PixelListPass().add(kept, upload(place, facing), upload(other, turned), (0.0, 0.0))
+    looks: Any = Looks()
+    PixelListPass(looks).add(kept, upload(place, facing), 0)
     stray = np.zeros(size, dtype=bool)
     stray.ravel()[kept.pixel] = True
     p, n, q, m = (each.astype(np.float64) for each in (place, facing, other, turned))

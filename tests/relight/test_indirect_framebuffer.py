@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from addon.glsl.shader import read_texture
 from addon.relight.world.world_pass import WorldTextures
+from addon.scene.exposure import Exposure
 from addon.scene.geometry import SceneGeometry
+from addon.scene.lens import Lens
 from addon.scene.light_linking import LightLinking, LinkedObjects
 from addon.scene.view import View
 from addon.scene.world import World
@@ -187,3 +189,60 @@ def test_the_world_behind_edges(room: Room) -> None:
     assert sky.mean() > 0.2
     assert np.abs(got - want)[~edges].max() < 0.02
     assert np.abs(got - want).max() < 0.06
+
+
+def blurred(room: Room, how: str) -> tuple[View, Exposure | None]:
+    _, _, view = room
+    if how == "lens":
+        # In focus is the room's far side.
+        return replace(view, lens=Lens(radius=0.08, focus_distance=4.0)), None
+    poses = np.tile(np.eye(4), (2, 1, 1, 1))
+    poses[:, 0, 0, 3] = (-0.3, 0.3)
+    still = np.eye(4)[None]
+    moving = Exposure((view,), np.array([1]), poses, still, np.array([0.0, 1.0]))
+    if how == "object":
+        return view, moving
+    turned = replace(view, world_from_camera=view.world_from_camera.copy())
+    turned.world_from_camera[:3, 3] += (0.1, 0.05, 0.0)
+    none = np.zeros((2, 0, 4, 4)), np.zeros((0, 4, 4))
+    return view, Exposure((view, turned), np.zeros(0, np.int64), *none, np.array([0.0, 1.0]))
+
+
+@pytest.mark.parametrize("how", ["lens", "object", "camera"])
+def test_blur_is_that_of_brute_force(room: Room, how: str) -> None:
+    """With 4 shaded samples for 48 that are seen."""
+    view, exposure = blurred(room, how)
+    pictures = {}
+    for name, samples, visibility in (("shared", 4, 48), ("brute", 48, 0), ("sharp", 4, 48)):
+        session = open_session(room, samples, visibility, replace(view, lens=None))
+        if name != "sharp":
+            session.set_view(view)
+            session.set_exposure(exposure)
+        session.set_lights([replace(KEY, shadow_soft_size=0.0)])
+        pictures[name] = session.render().combined[..., :3]
+        if name == "shared":
+            lists = session._sampler.lists.lists
+            assert lists.samples_per_pixel < 2.0
+            assert np.isfinite(pictures[name]).all()
+            # A light edit sees nothing anew.
+            kept = session._sampler.lists
+            session.set_lights([replace(KEY, shadow_soft_size=0.0, energy=3.0)])
+            session.render()
+            assert session._sampler.lists is kept
+    off, sharp = (
+        float(np.sqrt(np.mean((pictures[name] - pictures["brute"]) ** 2)))
+        for name in ("shared", "sharp")
+    )
+    assert sharp > 0.03 * pictures["brute"].mean()
+    assert off < 0.35 * sharp
+
+
+def test_another_view_is_not_blurred_by_the_last_ones_shutter(room: Room) -> None:
+    _, exposure = blurred(room, "object")
+    session = open_session(room, 2, 16)
+    session.set_lights([KEY])
+    plain = session.render().layers["Key"]
+    session.set_exposure(exposure)
+    assert np.abs(session.render().layers["Key"] - plain).max() > 0.1 * plain.max()
+    session.set_exposure(None)
+    np.testing.assert_array_equal(session.render().layers["Key"], plain)

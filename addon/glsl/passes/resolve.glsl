@@ -4,17 +4,19 @@
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  ivec2 list = ivec2(texelFetch(list_place, pixel, 0).xy + vec2(0.5));
-  if (list.y == 0) {
+  ivec2 place = ivec2(texelFetch(list_place, pixel, 0).xy + vec2(0.5));
+  int across = textureSize(list_entries, 0).x;
+  int count = place.y / across;
+  if (count == 0) {
     /* All that the pixel sees is on its own sample's surface. */
     radiance = texelFetch(shaded, pixel, 0);
     return;
   }
-  int across = textureSize(list_entries, 0).x;
+  int first = place.y % across;
   int width = textureSize(shaded, 0).x;
   vec4 sum = vec4(0.0);
-  for (int i = list.x; i < list.x + list.y; i++) {
-    vec2 entry = texelFetch(list_entries, ivec2(i % across, i / across), 0).xy;
+  for (int i = first; i < first + count; i++) {
+    vec2 entry = texelFetch(list_entries, ivec2(i % across, place.x + i / across), 0).xy;
     int number = int(entry.x + 0.5);
     sum += entry.y * texelFetch(shaded, ivec2(number % width, number / width), 0);
   }

@@ -1,5 +1,17 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Which pixels' hits are on another surface than their own shading sample. */
+
+#ifdef IS_BLURRED
+/* Whether a place is moved by half a pixel from where this pixel's sample lies without blur. */
+bool is_elsewhere(vec3 place)
+{
+  vec4 clip = film.clip_from_local * vec4(place, 1.0);
+  vec2 at = (0.5 * clip.xy / clip.w + 0.5) * film.size;
+  vec2 away = abs(at - gl_FragCoord.xy - film.offset);
+  return !(clip.w > 0.0 && max(away.x, away.y) <= 0.5);
+}
+#endif
+
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -7,5 +19,9 @@ void main()
                            texelFetch(sample_normal, pixel, 0).xyz,
                            texelFetch(visible_position, pixel, 0),
                            texelFetch(visible_normal, pixel, 0).xyz);
+#ifdef IS_BLURRED
+  vec4 hit = texelFetch(visible_position, pixel, 0);
+  same = same && (hit.w == 0.0 || !is_elsewhere(hit.xyz));
+#endif
   stray = same ? 0.0 : 1.0;
 }

@@ -222,16 +222,14 @@ class LayerDrawing:
         world's light."""
 
         def draw(surface: SurfaceBuffer, target: Any) -> None:
-            looking, offset = view, None
-            if self._lists(stride) is None:
-                look = self._sampler.look(k)
-                looking, offset = look.view, look.offset
+            # Without lists a sample is a picture of its own, through its point of the lens.
+            sample = self._sampler.looks.sample(k) if self._lists(stride) is None else None
             self._background_pass.draw(
                 surface,
                 world,
-                looking,
+                view if sample is None else sample.view,
                 target,
-                offset=offset,
+                offset=None if sample is None else sample.offset,
                 film_transparent=film_transparent,
                 stride=stride,
             )

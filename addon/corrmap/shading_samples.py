@@ -80,7 +80,7 @@ _STRAY_BLURRED = replace(
     blocks=(
         UniformBlock(
             "film",
-            (Field("mat4", "clip_from_local"), Field("vec2", "size"), Field("float", "reach")),
+            (Field("mat4", "clip_from_local"), Field("vec2", "size"), Field("vec2", "offset")),
         ),
     ),
     defines=(*SAME_SURFACE_DEFINES, ("IS_BLURRED", "1")),

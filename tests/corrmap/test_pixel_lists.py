@@ -215,7 +215,7 @@ def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
     class Kept:
         pixel: NDArray[np.int64]
 
-        def add(self, pixel: NDArray[np.int64], *_: Any) -> None:
+        def add(self, pixel: NDArray[np.int64], *_: Any, **__: Any) -> None:
             self.pixel = pixel
 
     class Looks:

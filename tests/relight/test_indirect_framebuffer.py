@@ -210,10 +210,10 @@ def blurred(room: Room, how: str) -> tuple[View, Exposure | None]:
 
 @pytest.mark.parametrize("how", ["lens", "object", "camera"])
 def test_blur_is_that_of_brute_force(room: Room, how: str) -> None:
-    """With 4 shaded samples for 48 that are seen."""
+    """With 16 shaded samples for 48 that are seen; the shadow's edge is sharp in each of them."""
     view, exposure = blurred(room, how)
     pictures = {}
-    for name, samples, visibility in (("shared", 4, 48), ("brute", 48, 0), ("sharp", 4, 48)):
+    for name, samples, visibility in (("shared", 16, 48), ("brute", 48, 0), ("sharp", 16, 48)):
         session = open_session(room, samples, visibility, replace(view, lens=None))
         if name != "sharp":
             session.set_view(view)
@@ -234,7 +234,7 @@ def test_blur_is_that_of_brute_force(room: Room, how: str) -> None:
         for name in ("shared", "sharp")
     )
     assert sharp > 0.03 * pictures["brute"].mean()
-    assert off < 0.35 * sharp
+    assert off < 0.4 * sharp
 
 
 def test_another_view_is_not_blurred_by_the_last_ones_shutter(room: Room) -> None:

@@ -195,7 +195,7 @@ def blurred(room: Room, how: str) -> tuple[View, Exposure | None]:
     _, _, view = room
     if how == "lens":
         # In focus is the room's far side.
-        return replace(view, lens=Lens(radius=0.08, focus_distance=4.0)), None
+        return replace(view, lens=Lens(radius=0.2, focus_distance=4.0)), None
     poses = np.tile(np.eye(4), (2, 1, 1, 1))
     poses[:, 0, 0, 3] = (-0.3, 0.3)
     still = np.eye(4)[None]

@@ -114,10 +114,13 @@ def test_the_render_region_is_cut_out(scene: Any) -> None:
     render.border_min_y, render.border_max_y = 0.5, 1.0
     inside = (slice(HEIGHT // 2, HEIGHT), slice(WIDTH // 4, 3 * WIDTH // 4))
     kept = f12(scene)
-    # The rays are those of the whole picture, to float32's rounding, which turns over a sample of a
-    # pixel here and there that meets an outline, its own or a shadow's.
+    # The rays are those of the whole picture, to float32's rounding, which turns over a visibility
+    # sample here and there that meets an outline: of such a pixel one in 64, and in a cell that
+    # holds more than one surface perhaps the place where that is shaded.
     apart = np.abs(kept[inside] - whole[inside]).max(axis=-1)
-    assert np.mean(apart > 1e-5) < 0.01
+    assert np.mean(apart > 1e-5) < 0.1
+    assert apart.max() < whole.max() / 64.0
+    assert apart.mean() < 3e-5
     assert np.count_nonzero(kept) < kept.size // 2
     render.use_crop_to_border = True
     cropped = f12(scene)

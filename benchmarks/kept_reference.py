@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from addon.progress import Progress
 from addon.whole_file import replacing
+from tools import metrics
 from tools.evaluation import SEED_STRIDE
 from tools.reference import Halves, Reference, render_reference
 
@@ -56,6 +57,15 @@ class KeptReference:
     def noise(self, mask: NDArray[np.bool_] | None = None) -> float | None:
         """PSNR of its luma against the noiseless picture, decibels, estimated."""
         return self._held().noise_floor(mask)["psnr_luma"]
+
+    def flip_noise(self) -> float:
+        """HDR-FLIP that its noise alone is good for, estimated.
+
+        Its two halves differ by twice what their mean is off, and FLIP is about linear in small
+        differences.
+        """
+        halves = [half[..., :3] for half in self._held().base]
+        return 0.5 * float(metrics.flip_map(halves[0], halves[1], linear=True).mean())
 
     def write_png(self, scene: Any) -> None:
         """Leave a picture to look at."""

@@ -289,6 +289,7 @@ def _figures(kept: KeptReference, folder: Path) -> dict[str, Any]:
         "whole": result.report["whole"],
         "away_from_edges": result.report["away_from_edges"],
         "noise": noise,
+        "flip_noise": kept.flip_noise(),
         "reference_samples": kept.samples,
     }
 

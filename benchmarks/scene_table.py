@@ -36,8 +36,10 @@ sees, *open* those that neighbours did not fill, *left* what is open after surfa
 the view (`relume relight --fill-holes`), with which the pictures are measured. The reference takes
 twice the samples while its noise is less than {margin:.0f} dB below what is measured and could hide
 the bounds below, at most a few times; (in brackets): it is a part of the figure, which would be
-better without. **Bold**: short of what is asked of the preset *final*, which is {psnr:.0f} dB,
-{away:.0f} dB away from edges, HDR-FLIP {flip} and {open:.1f} % left.
+better without. In dark pictures HDR-FLIP looks at noise as if through a camera's longest exposure,
+so that of the reference's own noise stands beside it. **Bold**: short of what is asked of the
+preset *final*, which is {psnr:.0f} dB, {away:.0f} dB away from edges, HDR-FLIP {flip} and
+{open:.1f} % left.
 """
 
 
@@ -54,7 +56,7 @@ class ViewFigures:
         fill_seconds: of that bake.
         noisy: whether the reference's noise is a part of PSNR, and of that away from edges.
         seconds: of relighting.
-        noise: decibels, of the reference.
+        noise, flip_noise: of the reference, decibels and HDR-FLIP.
     """
 
     name: str
@@ -69,6 +71,7 @@ class ViewFigures:
     noisy: tuple[bool, bool]
     seconds: float
     noise: float
+    flip_noise: float
 
     @classmethod
     def read(cls, folder: Path) -> ViewFigures | None:
@@ -84,7 +87,7 @@ class ViewFigures:
             folder.name, values[0], values[1], whole["ssim"], whole["flip"],
             relit["hole_fraction"], relit["open_fraction"], relit["left_fraction"],
             relit["filling"]["seconds"], (noisy[0], noisy[1]),
-            relit["seconds_relight"], noise[0],
+            relit["seconds_relight"], noise[0], found["flip_noise"],
         )  # fmt: skip
 
 
@@ -180,6 +183,7 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
         return []
     heads = [
         "scene", "view", "PSNR", "away", "SSIM", "HDR-FLIP", "holes", "open", "left", "noise at",
+        "its HDR-FLIP",
     ]  # fmt: skip
     rows = []
     for scene in scenes:
@@ -190,6 +194,7 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
                 _most(view.flip, LARGEST_FLIP, "{:.3f}"), f"{100.0 * view.holes:.2f} %",
                 f"{100.0 * view.open:.2f} %",
                 _most(100.0 * view.left, 100.0 * MOST_OPEN, "{:.2f} %"), f"{view.noise:.1f}",
+                f"{view.flip_noise:.3f}",
             ]  # fmt: skip
             rows.append("| " + " | ".join(cells) + " |")
     return [

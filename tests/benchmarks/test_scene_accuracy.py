@@ -45,7 +45,7 @@ def _relit(folder: Path, preset: str, psnr: float | None, noise: float) -> None:
         part = {"psnr_luma": psnr, "ssim": 0.99, "flip": 0.02}
         _write(place / "figures.json", {
             "whole": part, "away_from_edges": part,
-            "noise": {"whole": noise, "away_from_edges": noise},
+            "noise": {"whole": noise, "away_from_edges": noise}, "flip_noise": 0.004,
         })  # fmt: skip
 
 

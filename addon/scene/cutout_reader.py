@@ -42,7 +42,13 @@ class _Found:
     image: Any = None
     uv_map: str = ""
     extension: Extension = "REPEAT"
+    tints: bool = False
 
+
+# Alpha nearer than this to 0 or 1 is as good as that; masks have soft texels along their outlines,
+# at most about this share of them all.
+_CLEAR = 0.02
+_MOST_BETWEEN = 0.05
 
 _OPAQUE = np.ones((1, 1), dtype=np.float32)
 
@@ -63,9 +69,26 @@ def read_cutout_source(material: Any) -> CutoutSource | None:
             _OPAQUE, None, "REPEAT", f"alpha depends on {reason}; the view draws it opaque"
         )
     values = np.atleast_2d(np.asarray(alpha, dtype=np.float32))
+    problem = _shown_hard(values)
+    if found.tints:
+        problem = problem or "it tints what lies behind, which the view shows as if it did not"
     if (values >= 0.5).all():
-        return None
-    return CutoutSource(np.ascontiguousarray(values), found.uv_map, found.extension)
+        return CutoutSource(_OPAQUE, None, "REPEAT", problem) if problem else None
+    return CutoutSource(np.ascontiguousarray(values), found.uv_map, found.extension, problem)
+
+
+def _shown_hard(alpha: NDArray[np.float32]) -> str:
+    """What to say of a mask that is neither there nor not there."""
+    between = (alpha > _CLEAR) & (alpha < 1.0 - _CLEAR)
+    if between.mean() <= _MOST_BETWEEN:
+        return ""
+    if alpha.size == 1:
+        shown = "opaque" if alpha.item() >= 0.5 else "not there"
+        return f"it is see-through (alpha {alpha.item():.2f}); the view shows it as {shown}"
+    return (
+        f"{100.0 * between.mean():.0f} % of its alpha is between 0 and 1; the view shows it as "
+        "opaque from a half on, and not there below"
+    )
 
 
 def _shader_alpha(socket: Any, found: _Found) -> Any:
@@ -96,12 +119,18 @@ def _group_alpha(node: Any, _found: _Found) -> Any:
     raise _Unsupported(f"the node group '{node.node_tree.name}'")
 
 
+def _transparent_alpha(node: Any, found: _Found) -> Any:
+    color = node.inputs["Color"]
+    found.tints |= source_of(color) is not None or min(color.default_value[:3]) < 1.0 - _CLEAR
+    return 0.0
+
+
 def _principled_alpha(node: Any, found: _Found) -> Any:
     return np.clip(_value(node.inputs["Alpha"], found), 0.0, 1.0)
 
 
 _SHADER_ALPHA: dict[str, Callable[[Any, _Found], Any]] = {
-    "ShaderNodeBsdfTransparent": lambda _node, _found: 0.0,
+    "ShaderNodeBsdfTransparent": _transparent_alpha,
     "ShaderNodeMixShader": _mix_alpha,
     "ShaderNodeAddShader": _add_alpha,
     "ShaderNodeGroup": _group_alpha,

@@ -415,3 +415,29 @@ def test_particle_hair_is_named(scene: bpy.types.Scene) -> None:
     assert read(scene).warnings == ("object 'Furry' has particle hair, which is not shown yet",)
     plane.particle_systems[0].settings.render_type = "NONE"
     assert read(scene).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("alpha", "tint", "text"),
+    [
+        (1.0, 1.0, None),
+        (0.7, 1.0, "it is see-through (alpha 0.70); the view shows it as opaque"),
+        (0.3, 1.0, "it is see-through (alpha 0.30); the view shows it as not there"),
+        (0.0, 1.0, None),
+        (0.0, 0.5, "it tints what lies behind, which the view shows as if it did not"),
+    ],
+)
+def test_partial_alpha_is_named(
+    scene: bpy.types.Scene, alpha: float, tint: float, text: str | None
+) -> None:
+    material = bpy.data.materials.new("Veil")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    clear, mix = nodes.new("ShaderNodeBsdfTransparent"), nodes.new("ShaderNodeMixShader")
+    clear.inputs["Color"].default_value = (tint, 1.0, 1.0, 1.0)
+    mix.inputs[0].default_value = alpha
+    links.new(clear.outputs[0], mix.inputs[1])
+    links.new(nodes["Principled BSDF"].outputs[0], mix.inputs[2])
+    links.new(mix.outputs[0], nodes["Material Output"].inputs["Surface"])
+    add_mesh(scene, "Cloth").data.materials.append(material)
+    assert read(scene).warnings == (() if text is None else (f"material 'Veil': {text}",))

@@ -27,6 +27,7 @@ from ..glsl.shader import (
 )
 from ..glsl.uniforms import Field, UniformBlock
 from .camera_table import CAMERA_SAMPLERS
+from .depth_ranges import RANGE_DEFINES, RANGE_SAMPLERS
 from .visible_surface import VisibleSurface
 
 # A tile has so many pixels along a side, as a power of two.
@@ -41,7 +42,14 @@ LIST_LENGTH = 3 * _PARTS
 _VIEWER_BLOCK = UniformBlock("viewer", (Field("vec4", "place"),))
 _TILE_NAMES = ("tile_axis", "tile_along", "tile_low", "tile_high")
 _RANK_NAMES = tuple(f"ranks_{i}" for i in range(_PARTS))
-_LIBRARY = ("tolerances", "tile_box", "caching_camera", "camera_score", "tile_bounds")
+_LIBRARY = (
+    "tolerances",
+    "tile_box",
+    "caching_camera",
+    "camera_score",
+    "depth_ranges",
+    "tile_bounds",
+)
 
 
 @dataclass(frozen=True)
@@ -87,6 +95,7 @@ class CandidatePass:
             *((name, "FLOAT_2D") for name in _TILE_NAMES),
             *CAMERA_SAMPLERS,
             *depth_samplers,
+            *RANGE_SAMPLERS,
         )
         self._first = _rank_program(defines, samplers)
         earlier: Samplers = (("earlier_last", "FLOAT_2D"),)
@@ -103,7 +112,7 @@ class CandidatePass:
 
         Args:
             visible: what it sees.
-            cameras: the camera table and the depth of the cache, by the samplers' names.
+            cameras: the camera table, the cache's depth and its ranges, by the samplers' names.
         """
         width, height = (
             -(-size >> TILE_BITS) for size in (visible.position.width, visible.position.height)
@@ -133,7 +142,7 @@ def _rank_program(defines: tuple[tuple[str, str], ...], samplers: Samplers) -> S
         name="rank_cameras",
         fragment="rank_cameras",
         library=_LIBRARY,
-        defines=defines,
+        defines=(*defines, *RANGE_DEFINES),
         samplers=samplers,
         outputs=tuple(("VEC4", name) for name in _RANK_NAMES),
     ).build()

@@ -102,7 +102,8 @@ class CorrespondencePass:
         cameras = {"camera_table": self._cameras, **self._pages.depth_textures()}
         lists = {}
         if self._candidates is not None:
-            lists = self._candidates.draw(visible, cameras).textures()
+            ranges = {"depth_ranges": self._pages.depth_ranges()}
+            lists = self._candidates.draw(visible, {**cameras, **ranges}).textures()
         self._program.draw_fullscreen(
             framebuffer([texture]),
             {

@@ -33,6 +33,7 @@ from ..glsl.shader import (
 )
 from ..progress import Progress, part_of, silent
 from .block_pages import BlockPages
+from .depth_ranges import DepthRanges
 from .kept_blocks import SeenSurface, kept_blocks
 from .material_table import MaterialTable
 from .packed_blocks import PackedBlocks
@@ -104,6 +105,7 @@ class TilePages:
         shape = page_shape(blocks, max_texture_width(), max_texture_layers())
         self._depth_place = np.where(kept, np.cumsum(kept) - 1, -1)
         self._depth = BlockPages(shape, ("R32F",))
+        self._ranges = DepthRanges()
         room = budget - shape.texels * _DEPTH_BYTES - self.numbers.count * _TABLE_BYTES
         fits = shape.texels * packing.texel_bytes <= room
         self._store = None if fits else PackedBlocks(packing.textures)
@@ -152,7 +154,7 @@ class TilePages:
         """What the texels and the table of their blocks take on the GPU."""
         packed = self._packed.shape.texels * self.packing.texel_bytes
         table = self.numbers.count * _TABLE_BYTES
-        return self._depth.shape.texels * _DEPTH_BYTES + packed + table
+        return self._depth.shape.texels * _DEPTH_BYTES + packed + table + self._ranges.bytes
 
     @property
     def host_bytes(self) -> int:
@@ -175,6 +177,10 @@ class TilePages:
         """The textures by the names in `depth_samplers`."""
         return {"cache_blocks": self._blocks, "cache_depth": self._depth.textures[0]}
 
+    def depth_ranges(self) -> Texture:
+        """See `DepthRanges`."""
+        return self._ranges.texture()
+
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `samplers`."""
         packed = {f"cache_{i}": texture for i, texture in enumerate(self._packed.textures)}
@@ -189,6 +195,7 @@ class TilePages:
         """Put the depth (R, R) of a framebuffer's kept blocks into the pages."""
         numbers, which = self._kept_of(index)
         self._depth.write(self._depth_place[numbers], [_cut(depth[..., None], which)])
+        self._ranges.put(index, depth, which)
 
     def write_packed(
         self, index: int, framebuffer: DeepFramebuffer, scale: dict[str, NDArray[np.float32]]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -186,6 +186,75 @@ def test_bounds_hold_and_are_tight_where_a_tile_is_small(gpu_context: None, spre
         assert np.percentile(ratio, 75) < 1.01
 
 
+def test_cameras_in_another_room_are_not_listed(gpu_context: None) -> None:
+    """They look at this room's wall from behind the next one's; without the depths they would be
+    listed, as the wall is in their pictures and they may face it."""
+    from addon.corrmap.camera_table import camera_table
+    from addon.corrmap.candidate_cameras import CandidatePass
+    from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.tile_pages import upload_tiles
+    from addon.corrmap.visible_surface import VisibleSurfacePass
+    from addon.glsl.shader import read_texture
+
+    rooms = synthetic.geometry_of(
+        [synthetic.box((0, 0, 0), 4.0), synthetic.box((-4.5, 0.3, 0.1), 4.0)]
+    )
+    tracer = synthetic.Tracer(rooms)
+    random = np.random.default_rng(4)
+    cameras = []
+    for number in range(20):
+        here = number < 10
+        place = random.uniform(-1.5, 1.5, 3) - (0.0 if here else 4.5, 0.0, 0.0)
+        looking = synthetic.looking_at(place, (2.0, *random.uniform(-1.0, 1.0, 2)))
+        cameras.append(CachingCamera(number, looking, 1.2, 1e-4, 1e2, 48, "PERSPECTIVE", 0))
+    pictures = [synthetic.trace_framebuffer(rooms, tracer, c, np.ones_like) for c in cameras]
+    pages = upload_tiles(pictures, PLAN, drop=False)
+    looking = synthetic.looking_at((-1.5, 0.1, 0.2), (2.0, 0.2, 0.1))
+    view = synthetic.perspective_view(looking, *SIZE, 0.8)
+    visible = VisibleSurfacePass(GeometryBuffer(rooms, view.origin)).draw(view)
+    rank = CandidatePass(pages.defines, pages.depth_samplers)
+    listed = {}
+    for name, ranges in (("here", pages.depth_ranges()), ("anywhere", _all_depths(pages))):
+        known = {
+            "camera_table": camera_table(pages.cameras, pages.numbers, view.origin),
+            **pages.depth_textures(),
+            "depth_ranges": ranges,
+        }
+        texels = [read_texture(texture) for texture in rank.draw(visible, known).lists]
+        numbers = np.concatenate([x.reshape(len(x), -1, 4)[..., 1:].ravel() for x in texels])
+        listed[name] = set(numbers[numbers >= 0].astype(int))
+    assert min(listed["anywhere"]) < 10 <= max(listed["anywhere"])
+    assert listed["here"] == {number for number in listed["anywhere"] if number < 10}
+
+
+def test_a_pyramid_holds_each_rectangle() -> None:
+    from addon.corrmap.depth_ranges import depth_pyramid
+    from addon.corrmap.tile_layout import BLOCK
+
+    random = np.random.default_rng(1)
+    side = 3 * BLOCK - 5
+    depth = random.uniform(1.0, 9.0, (side, side)).astype(np.float32)
+    depth[random.random(depth.shape) < 0.3] = 0.0
+    depth[:BLOCK, :BLOCK] = 0.0
+    kept = np.array([[True, True, False], [True, True, True], [True, False, True]])
+    pyramid = depth_pyramid(depth, kept)
+    assert pyramid.shape == (16 + 4 + 1, 2)
+    blocks, quarters, whole = (
+        pyramid[:16].reshape(4, 4, 2),
+        pyramid[16:20].reshape(2, 2, 2),
+        pyramid[20],
+    )
+    texels = depth[BLOCK : 2 * BLOCK, 2 * BLOCK :]
+    assert blocks[1, 2].tolist() == [texels[texels > 0.0].min(), texels.max()]
+    # Nothing is hit, nothing is held, and beyond the picture's edge.
+    for empty in (blocks[0, 0], blocks[0, 2], blocks[3, 3]):
+        assert empty[0] > empty[1]
+    held = depth * kept.repeat(BLOCK, 0).repeat(BLOCK, 1)[:side, :side]
+    part = held[: 2 * BLOCK, : 2 * BLOCK]
+    assert quarters[0, 0].tolist() == [part[part > 0.0].min(), part.max()]
+    assert whole.tolist() == [held[held > 0.0].min(), held.max()]
+
+
 def test_a_tile_that_sees_nothing_lists_nothing(gpu_context: None) -> None:
     place, normal, seen = _random_tiles(0.3)
     seen[:8, :8] = False
@@ -221,6 +290,14 @@ def _random_tiles(
     return place, normal, random.random((height, width)) < 0.9
 
 
+def _all_depths(pages: TilePages) -> Any:
+    """Ranges by which cameras may show anything anywhere."""
+    from addon.glsl.shader import read_texture, texture_from_array
+
+    ranges = read_texture(pages.depth_ranges())
+    return texture_from_array(np.broadcast_to((0.0, 1e9), ranges.shape).astype("f4"), "RG32F")
+
+
 def _lists(
     cameras: list[CachingCamera],
     place: NDArray[np.float64],
@@ -245,6 +322,7 @@ def _lists(
     known = {
         "camera_table": camera_table(pages.cameras, pages.numbers, ORIGIN),
         **pages.depth_textures(),
+        "depth_ranges": _all_depths(pages),
     }
     made = CandidatePass(pages.defines, pages.depth_samplers).draw(visible, known)
     lists = [read_texture(texture) for texture in made.lists]

@@ -102,9 +102,17 @@ Footprint bilinear_footprint(int camera, vec2 uv)
   return footprint;
 }
 
+/* How far from the tangent plane of a point at the depth z a texel may lie that shows its surface:
+ * made of the texel's own width there and of float rounding; `size` is the length of the coordinates
+ * that were rounded. Candidates are left out by it, see tile_bounds.glsl. */
+float same_surface_bound(int camera, float z, float size)
+{
+  float width = 2.0 * half_extent(camera) * z / picture_resolution(camera);
+  return SAME_SURFACE_TEXELS * width + POSITION_ROUNDING * size;
+}
+
 /* How surely a texel shows the surface that has normal n at q (both in the camera's axes), from
- * 1 on its tangent plane there down to 0 at a bound made of the texel's own width and of float
- * rounding. `place` is its block's; `size` is the length of the coordinates that were rounded. */
+ * 1 on its tangent plane there down to 0 at `same_surface_bound`. `place` is its block's. */
 float same_surface(int camera, int place, ivec2 texel, vec3 q, vec3 n, float size)
 {
   float depth = texelFetch(cache_depth, placed_texel(place, texel), 0).r;
@@ -114,9 +122,7 @@ float same_surface(int camera, int place, ivec2 texel, vec3 q, vec3 n, float siz
   float extent = half_extent(camera);
   vec2 uv = (vec2(texel) + 0.5) / picture_resolution(camera);
   vec3 seen = depth * vec3((uv * 2.0 - 1.0) * extent, 1.0);
-  float width = 2.0 * extent * q.z / picture_resolution(camera);
-  float bound = SAME_SURFACE_TEXELS * width + POSITION_ROUNDING * size;
-  return max(0.0, 1.0 - abs(dot(n, seen - q)) / bound);
+  return max(0.0, 1.0 - abs(dot(n, seen - q)) / same_surface_bound(camera, q.z, size));
 }
 
 /* The bilinear weights, less where a texel shows something else or is not held. */

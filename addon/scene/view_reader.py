@@ -82,8 +82,9 @@ def render_region(view: View, render: Any, margin: int = 0) -> View:
     return view.region(left - margin, bottom - margin, right + margin, top + margin)
 
 
-def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
-    """What a 3D viewport shows: its own navigation, or the camera it looks through."""
+def read_viewport(region: Any, region_data: Any, scene: Any, lens: Lens | None = None) -> View:
+    """What a 3D viewport shows: its own navigation, or the camera it looks through, and the lens of
+    that."""
     return View(
         world_from_camera=rigid(region_data.view_matrix.inverted(), "the viewport"),
         clip_from_camera=np.array(region_data.window_matrix, dtype=np.float64),
@@ -91,7 +92,18 @@ def read_viewport(region: Any, region_data: Any, scene: Any) -> View:
         height=region.height,
         perspective=bool(region_data.is_perspective),
         pixel_filter=read_pixel_filter(scene),
+        lens=lens,
     )
+
+
+def viewport_lens(depsgraph: Any, space: Any, region_data: Any) -> Lens | None:
+    """The lens of the camera that a 3D viewport looks through; None for its own navigation."""
+    camera = getattr(space, "camera", None)
+    if region_data.view_perspective != "CAMERA" or camera is None or camera.type != "CAMERA":
+        return None
+    if camera.data.type not in ("PERSP", "ORTHO"):
+        return None
+    return _read_lens(depsgraph, camera.evaluated_get(depsgraph))
 
 
 def _read_lens(depsgraph: Any, camera: Any) -> Lens | None:

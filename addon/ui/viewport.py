@@ -11,7 +11,7 @@ from gpu_extras.presets import draw_texture_2d
 from ..errors import InputError
 from ..glsl.shader import texture_from_array
 from ..scene.view import View, same_view
-from ..scene.view_reader import read_viewport
+from ..scene.view_reader import read_viewport, viewport_lens
 from . import job, shown_graph
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
@@ -56,7 +56,8 @@ class Viewport:
     def draw(self, engine: bpy.types.RenderEngine, context: Any, depsgraph: Any) -> bool:
         """Bring the picture a little further and draw it; True while it is not finished."""
         scene = depsgraph.scene
-        view = read_viewport(context.region, context.region_data, scene)
+        lens = viewport_lens(depsgraph, context.space_data, context.region_data)
+        view = read_viewport(context.region, context.region_data, scene, lens)
         try:
             self._synchronize(depsgraph)
         except InputError as error:

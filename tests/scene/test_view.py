@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import bpy
 import numpy as np
 import pytest
@@ -11,7 +13,8 @@ from mathutils import Vector
 
 from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
-from addon.scene.view_reader import find_camera, read_view
+from addon.scene.lens import Lens
+from addon.scene.view_reader import find_camera, read_view, viewport_lens
 from tests.synthetic import looking_at, perspective_view
 
 
@@ -64,6 +67,43 @@ def test_views_project_as_blender(
     origins, directions = view.rays(view.project(points)[:, :2])
     across = np.cross(points - origins, directions)
     assert np.abs(across).max() < 1e-9 * np.abs(points - origins).max()
+
+
+def test_lenses_are_read_as_cycles_takes_them(scene: bpy.types.Scene) -> None:
+    camera = add_camera(scene)
+    camera.data.lens = 80.0
+    dof = camera.data.dof
+
+    def lens(kind: str) -> Lens | None:
+        camera.data.type = kind
+        bpy.context.view_layer.update()
+        graph = bpy.context.evaluated_depsgraph_get()
+        through, aside = (SimpleNamespace(view_perspective=k) for k in ("CAMERA", "PERSP"))
+        space = SimpleNamespace(camera=camera)
+        found = read_view(graph, camera).lens
+        assert viewport_lens(graph, space, through) == found
+        assert viewport_lens(graph, space, aside) is None
+        return found
+
+    assert lens("PERSP") is None
+    dof.use_dof, dof.aperture_fstop, dof.focus_distance = True, 2.0, 3.0
+    dof.aperture_blades, dof.aperture_rotation, dof.aperture_ratio = 7, 0.25, 1.5
+    # Settings and matrices are float32.
+    found = lens("PERSP")
+    assert found is not None
+    assert found.radius == pytest.approx(0.02)
+    assert (found.focus_distance, found.blades, found.rotation, found.ratio) == (3.0, 7, 0.25, 1.5)
+    focus = bpy.data.objects.new("Focus", None)
+    scene.collection.objects.link(focus)
+    bpy.context.view_layer.update()
+    back = np.array(camera.matrix_world)[:3, 2]
+    focus.location = np.array(camera.location) - 4.5 * back + np.cross(back, [0.0, 0.0, 1.0])
+    dof.focus_object = focus
+    camera.scale = (2.0, 3.0, 4.0)
+    found = lens("ORTHO")
+    assert found is not None
+    assert found.radius == pytest.approx(0.25)
+    assert found.focus_distance == pytest.approx(4.5, rel=1e-6)
 
 
 def test_panoramas_are_refused(scene: bpy.types.Scene) -> None:

@@ -24,6 +24,7 @@ from addon.scene.view_reader import find_camera, read_view
 from addon.scene.world_reader import read_world, world_fingerprint
 from addon.ui.cache_state import read_cache_state
 from tests.ui.traced_cache import write_traced_cache
+from tools.relit import read_exposure_of
 
 WIDTH, HEIGHT, SAMPLES = 64, 40, 3
 
@@ -71,6 +72,7 @@ def session_picture(scene: Any) -> NDArray[np.float32]:
     session.set_lights(lights)
     session.set_world(world)
     session.set_view(view)
+    session.set_exposure(read_exposure_of(scene, view, geometry))
     return session.render().combined
 
 
@@ -82,6 +84,26 @@ def test_f12_is_the_sessions_picture(scene: Any) -> None:
     assert expected[..., :3].max() > 0.1
     # The same passes on the same driver; only their order in memory could differ.
     np.testing.assert_allclose(picture, expected, rtol=1e-5, atol=1e-6 * expected.max())
+
+
+def test_f12_blurs_what_moves(scene: Any) -> None:
+    """As the command line does, a camera that turns and a cube that goes aside."""
+    cube, camera = bpy.data.objects["Cube"], scene.camera
+    sharp = f12(baked(scene))
+    for frame, side in ((1, -1.0), (3, 1.0)):
+        cube.location = (0.6 * side, 0.0, 0.0)
+        cube.keyframe_insert("location", frame=frame)
+        camera.rotation_euler.z += 0.03 * side
+        camera.keyframe_insert("rotation_euler", frame=frame)
+    scene.frame_set(2)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 1.0
+    picture = f12(scene)
+    assert (scene.frame_current, scene.frame_subframe) == (2, 0.0)
+    expected = session_picture(scene)
+    assert (scene.frame_current, scene.frame_subframe) == (2, 0.0)
+    np.testing.assert_allclose(picture, expected, rtol=1e-5, atol=1e-6 * expected.max())
+    # At the frame itself nothing is elsewhere: only what moves differs.
+    assert np.abs(picture - sharp).mean() > 3e-3
 
 
 def test_f12_follows_a_light_edit(scene: Any) -> None:

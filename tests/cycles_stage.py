@@ -103,25 +103,3 @@ def _mesh(_: Any, material: Any) -> None:
     obj: Any = bpy.context.object
     obj.data.materials.append(material)
     obj.data.shade_smooth()
-
-
-def unshaped(light: Any, position: Array, normal: Array) -> Array:
-    """(H, W) what a point, spot or sun without nodes sends back from white diffuse surfaces."""
-    power, matrix = light.data.energy, np.array(light.matrix_world, dtype=np.float64)
-    if light.data.type == "SUN":
-        back = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
-        return np.asarray(np.maximum(normal @ back, 0.0) * power / np.pi)
-    to_light = matrix[:3, 3] - position
-    squared = np.sum(to_light**2, axis=-1)
-    cosine = np.maximum(np.sum(to_light * normal, axis=-1) / np.sqrt(squared), 0.0)
-    return np.asarray(power / (4.0 * np.pi**2) * cosine / squared)
-
-
-def light_space(light: Any, position: Array) -> Array:
-    """(..., 3) places in light space: the object's axes made orthonormal, from its centre."""
-    matrix = np.array(light.matrix_world, dtype=np.float64)
-    back = matrix[:3, 2] / np.linalg.norm(matrix[:3, 2])
-    right = np.cross(matrix[:3, 1], back)
-    right /= np.linalg.norm(right)
-    axes = np.stack([right, np.cross(back, right), back])
-    return np.asarray((position - matrix[:3, 3]) @ axes.T)

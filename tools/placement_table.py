@@ -34,7 +34,6 @@ from addon.scene.view import View
 
 from .placement_measure import FreshSamples, Shares, free_among, free_region
 
-BUDGETS = (4, 8, 16, 32)
 # What is random is drawn so often, and the mean is shown.
 DRAWS = 3
 # Random places tried for each one wanted, since those in solids fall away.

@@ -96,6 +96,30 @@ def test_a_kept_sum_sees_other_contents() -> None:
         assert (read_texture(mix.draw(parts, 4, 4)) == value @ factor).all()
 
 
+def test_a_sum_is_kept_for_the_one_layer_that_changes() -> None:
+    """Two that change at once leave none; neither does the first picture, nor one of two layers."""
+    texture = texture_from_array(np.ones((4, 4, 4), dtype=np.float32), "RGBA32F")
+
+    def drawn(mix: LightMix, *factors: float) -> str:
+        parts = {
+            str(k): MixPart((texture,), (factor,) * 4, 1, (k, 1))
+            for k, factor in enumerate(factors)
+        }
+        assert (read_texture(mix.draw(parts, 4, 4)) == sum(factors)).all()
+        return mix.hot
+
+    mix = LightMix()
+    assert drawn(mix, 1.0, 1.0, 1.0, 1.0) == ""
+    assert drawn(mix, 2.0, 3.0, 1.0, 1.0) == ""
+    assert drawn(mix, 2.0, 4.0, 1.0, 1.0) == "1"
+    assert drawn(mix, 5.0, 4.0, 7.0, 1.0) == ""
+    assert drawn(mix, 5.0, 4.0, 7.0) == ""
+    assert drawn(mix, 5.0, 4.0, 8.0) == "2"
+    two = LightMix()
+    assert drawn(two, 1.0, 1.0) == ""
+    assert drawn(two, 2.0, 1.0) == ""
+
+
 @pytest.mark.parametrize("fill", [(0.0, 0.0, 0.0), (0.1, 0.2, 0.5)])
 @pytest.mark.parametrize("energy", ENERGIES)
 def test_scale_and_tint_are_the_intensity(energy: float, fill: tuple[float, float, float]) -> None:

@@ -133,6 +133,25 @@ def test_it_does_not_hide_itself(scale: float, away: float) -> None:
         assert (lit[0] > 0.0).all()
 
 
+def test_it_does_not_hide_itself_from_aslant() -> None:
+    """A ceiling a hundred times as wide as it is high: embree finds its plane as exactly as its
+    far corners are known, and slanting rays meet that long before their end."""
+    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
+    geometry = geometry_of([square(2.0, 0.0), square(100.0, 1.0)])
+    geometry = replace(geometry, vertices=geometry.vertices @ turn.T)
+    own = geometry.triangles[geometry.object_id == 1]
+    light = mesh_light("glow", geometry.vertices[own], np.ones((len(own), 3)))
+    xs = np.linspace(-1.5, 1.5, 24)
+    surface = surfaces(floor_points(xs, xs) @ turn.T, turn @ UP, eye=tuple(turn @ UP * 0.9))
+    shadows, buffer = TracedShadowPass(geometry), surface.upload()
+    for k in range(16):
+        sample = light_sample(light, k, 16)
+        shadow = shadows.draw(buffer, light, sample)
+        lit = [drawn_light(surface, light, [sample], shadow=s)[..., 0] for s in (shadow, None)]
+        assert np.array_equal(lit[0], lit[1])
+        assert (lit[0] > 0.0).all()
+
+
 @pytest.mark.parametrize("traced", [True, False], ids=["traced", "map"])
 def test_what_is_between_hides_it(traced: bool) -> None:
     from addon.corrmap.geometry_buffer import GeometryBuffer

@@ -280,6 +280,20 @@ def test_light_comes_through_what_is_translucent() -> None:
     assert traced(geometry, sun, surface)[1].tolist() == [[1.0, 0.0]]
 
 
+@pytest.mark.parametrize("where", PLACES)
+def test_what_holds_a_lamp_does_not_hide_it(where: str) -> None:
+    """A hard lamp's point lies exactly in a pane: rays end before that."""
+    scale, away = PLACES[where]
+    offset = np.array(away)
+    geometry = moved(geometry_of([square(4.0, 0.0), square(0.5, 1.0)]), scale, offset)
+    light = placed(light_at("POINT", (0.1, 0.05, 1.0), (0.1, 0.05, 0.0)), scale, offset)
+    xs = np.linspace(-3.0, 3.0, 41)
+    surface = surfaces(
+        floor_points(xs, xs) * scale, UP, origin=tuple(offset), eye=(0, 0, 0.9 * scale)
+    )
+    assert (traced(geometry, light, surface)[1] == 1.0).all()
+
+
 def test_a_layer_of_fewer_pixels() -> None:
     """With a stride, each pixel of the layer asks for its own pixel of the surface."""
     geometry = geometry_of([square(2.0, 0.0), square(0.4, 1.0)])

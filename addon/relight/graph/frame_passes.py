@@ -22,7 +22,6 @@ CORRESPONDENCE = "Correspondence map"
 SURFACES = "Surfaces"
 WORLD_LAYER = "World"
 EMISSION_LAYER = "Emission"
-REST = "Sum of the other layers"
 PICTURE = "Picture"
 
 Part = Literal["shadow casting", "shape", "color"]

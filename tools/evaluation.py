@@ -16,6 +16,7 @@ from addon.progress import Progress, part_of
 from addon.scene.view import View
 
 from .comparison import compare_pictures
+from .confidence_table import confidence_colors, error_by_confidence
 from .contact_sheet import Cell, Row
 from .display import correspondence_colors, write_display_png
 from .picture_file import read_picture, write_exr, write_png
@@ -50,6 +51,7 @@ class EvaluatedView:
         shot: which view.
         combined: (H, W, 4) float32, the relit picture, scene-linear, row 0 at the bottom.
         correspondence: (H, W, 4) float32.
+        confidence: (H, W, 4) float32, see `Confidence.read`.
         report: its part of the report.
         reference: Cycles' picture, once it is rendered.
     """
@@ -57,16 +59,18 @@ class EvaluatedView:
     shot: Shot
     combined: NDArray[np.float32]
     correspondence: NDArray[np.float32]
+    confidence: NDArray[np.float32]
     report: dict[str, Any] = field(default_factory=dict)
     reference: Reference | None = None
 
     def write_relit(self, scene: Any) -> None:
-        """Write relit.exr, relit.png and correspondence.png."""
+        """Write relit.exr, relit.png, correspondence.png and confidence.png."""
         write_exr(self.shot.folder / "relit.exr", self.combined)
         write_display_png(scene, self.combined, self.shot.folder / "relit.png")
         write_png(
             self.shot.folder / "correspondence.png", correspondence_colors(self.correspondence)
         )
+        write_png(self.shot.folder / "confidence.png", confidence_colors(self.confidence))
 
     def measure(
         self,
@@ -111,11 +115,13 @@ class EvaluatedView:
         assert self.reference is not None
         self.reference.write(self.shot.folder / "reference.exr")
         relit = read_picture(self.shot.folder / "relit.exr")
-        result = compare_pictures(read_picture(self.shot.folder / "reference.exr"), relit)
+        reference = read_picture(self.shot.folder / "reference.exr")
+        result = compare_pictures(reference, relit)
         result.write(self.shot.folder)
         self.report |= {
             "whole": result.report["whole"],
             "away_from_edges": result.report["away_from_edges"],
+            "error_by_confidence": error_by_confidence(self.confidence, reference.rgb, relit.rgb),
             "reference": self._noise(samples, result.edge, result.report),
         }
 
@@ -187,7 +193,8 @@ def relight_view(
         "open_fraction": picture.coverage.open_fraction,
         "seconds_relight": round(time.monotonic() - started, 3),
     }
-    return EvaluatedView(shot, picture.combined, picture.correspondence, report)
+    confidence = session.confidence().read()
+    return EvaluatedView(shot, picture.combined, picture.correspondence, confidence, report)
 
 
 def measure_all(

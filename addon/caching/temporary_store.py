@@ -220,6 +220,22 @@ class TemporaryStore:
                     shutil.rmtree(other, ignore_errors=True)
 
 
+def temporary_stores(cache: CacheStore) -> tuple[TemporaryStore, ...]:
+    """What there is beside a cache, of each state of the scene that the cache holds."""
+    states = [cache, *(cache.at_frame(frame) for frame in cache.manifest.frames)]
+    found = {store.folder: store for store in map(TemporaryStore, states)}
+    return tuple(store for store in found.values() if store.folder.exists())
+
+
+def temporary_pictures(cache: Path) -> tuple[int, int]:
+    """How many there are beside the cache in this folder, and their bytes: a quick look."""
+    sizes = []
+    for path in (cache / FOLDER_NAME).glob("*/cameras/[0-9]*.exr"):
+        with suppress(OSError):  # it is just going
+            sizes.append(path.stat().st_size)
+    return len(sizes), sum(sizes)
+
+
 def discard_all(cache: Path) -> None:
     """Remove all temporary pictures beside the cache in this folder, of whatever state."""
     shutil.rmtree(cache / FOLDER_NAME, ignore_errors=True)

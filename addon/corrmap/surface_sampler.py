@@ -18,6 +18,7 @@ from ..scene.exposure import Exposure
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
 from ..scene.view import View, same_view
+from .confidence import Confidence, ConfidencePass
 from .correspondence import (
     CorrespondenceMap,
     CorrespondencePass,
@@ -315,6 +316,12 @@ class SurfaceSampler:
         if self._correspondence is None:
             raise RuntimeError("sample 0 left no correspondence map")
         return self._correspondence
+
+    def confidence(self) -> Confidence:
+        """How far the values at the pixels' centres may be trusted."""
+        surface, found = self.sample(0), self.correspondence()
+        assert self._view is not None
+        return ConfidencePass(self._pages, surface.origin).draw(self._view, surface, found)
 
     def hole_points(self) -> HolePoints:
         """What the view sees at its pixels' centres, and where the cache does not show it."""

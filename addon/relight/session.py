@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..caching.stored_framebuffers import StoredFramebuffers
+from ..corrmap.confidence import Confidence
 from ..corrmap.correspondence import Coverage
 from ..corrmap.surface_sampler import SurfaceSampler
 from ..corrmap.tile_pages import CACHE_BUDGET
@@ -411,6 +412,10 @@ class RelightSession:
     def coverage(self) -> Coverage:
         """What the cache does not show of the current view."""
         return self._sampler.coverage()
+
+    def confidence(self) -> Confidence:
+        """How far the current view's pixels may be trusted."""
+        return self._sampler.confidence()
 
     def hole_points(self) -> HolePoints:
         """What the current view sees, and where the cache does not show it."""

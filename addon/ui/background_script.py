@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Run as a script by a background Blender, for Place and Bake.
+"""Run as a script by a background Blender, for Place, Bake and the filling of holes.
 
     blender --background JOB.blend --python background_script.py -- REQUEST
 
@@ -26,7 +26,7 @@ from typing import Any
 FOLDER = Path(__file__).resolve().parent.parent
 PACKAGE = "relume_background"
 # Verb -> the module whose main(arguments) does it and returns the exit status.
-MODULES = {"place": ".ui.background_place", "bake": ".batch"}
+MODULES = {"place": ".ui.background_place", "bake": ".batch", "fill": ".ui.background_fill"}
 
 # A process whose owner is gone may take so long to end in order, in seconds.
 GRACE_S = 60.0

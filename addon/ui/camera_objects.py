@@ -43,6 +43,13 @@ def show_cameras(scene: Any, cameras: Sequence[CachingCamera]) -> Any:
     return collection
 
 
+def add_camera(scene: Any, camera: CachingCamera) -> None:
+    """Put one more camera object into the collection, if there is one; the others stay."""
+    collection = caching_collection(scene)
+    if collection is not None:
+        collection.objects.link(_camera_object(camera))
+
+
 def remove_cameras(scene: Any) -> None:
     """Take the collection and all that is in it alone out of the file."""
     collection = caching_collection(scene)

@@ -77,11 +77,16 @@ class RelumeEngine(bpy.types.RenderEngine):
     def _relight(self, depsgraph: Any, view: View) -> dict[str, Pixels]:
         """Every pass, (H, W, channels) float32, scene-linear, row 0 at the bottom."""
         # Imported late: it takes scipy along, which would slow down every start of Blender.
+        from .hole_render import fill_for_render
         from .scene_session import SceneSession
 
         self.update_stats("", "Relume: loading the cache")
         opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
         opened.session.set_view(view)
+        if depsgraph.scene.relume.fill_holes:
+            unfilled = fill_for_render(depsgraph.scene.original, opened, view, self._progress)
+            if unfilled:
+                self.report({"WARNING"}, f"Relume: {unfilled}")
         self._expose(depsgraph, opened, view)
         picture = opened.session.render(self._progress)
         self.update_stats("", f"Relume: {opened.describe()}")

@@ -230,6 +230,18 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             items=_FRAME_RATE_ITEMS,
             default="30",
         ),
+        "fill_holes": bpy.props.BoolProperty(
+            name="Fill Holes",
+            description="Have Cycles bake what no caching camera sees of a view: in the background "
+            "once a viewport stands still, and before a final render. Until then it is shown with "
+            "its materials' mean values",
+            default=True,
+        ),
+        "show_confidence": bpy.props.BoolProperty(
+            name="Show Confidence",
+            description="Lay a heat map over the viewport: red where the picture is not to be "
+            "trusted, since the cache shows that place badly or not at all; blue where it is",
+        ),
         "shadows": bpy.props.EnumProperty(
             name="Shadows",
             description="How shadows are found",

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from ..caching.fingerprint import read_state
 from ..caching.scene_state import SceneState
 from ..caching.store import CacheStore
+from ..caching.temporary_store import TemporaryStore
 from ..caching.what_changed import surely_stale
 from ..relight.session import RelightSession
 from ..relight.shadows.shadow_frustum import ShadowSettings
@@ -64,6 +66,9 @@ class SceneSession:
         store = self._cache.matching(state.fingerprint, state.frame) or self._cache
         self._manifest = store.manifest
         self.session = RelightSession(self._geometry, store, samples)
+        self._temporary = TemporaryStore(store)
+        self._filled_stamp = 0
+        self.follow_filled()
         self.follow_settings(depsgraph.scene)
         self._warnings = {"geometry": self._geometry.warnings}
         self._check(state)
@@ -81,6 +86,21 @@ class SceneSession:
         exposure = read_exposure(scene, camera, view, self._geometry, read_at)
         self.session.set_exposure(exposure)
         self._warnings["exposure"] = exposure.warnings if exposure is not None else ()
+
+    @property
+    def folder(self) -> Path:
+        """The cache's."""
+        return self._folder
+
+    def follow_filled(self) -> bool:
+        """Show the temporary pictures that there are beside the cache; whether they are others
+        than before."""
+        stamp = cache_stamp(self._temporary.folder)
+        if stamp == self._filled_stamp:
+            return False
+        self._filled_stamp = stamp
+        self.session.set_added(self._temporary.read())
+        return True
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:
         """Tell the session what changed in the scene."""

@@ -15,6 +15,8 @@ from ..scene.view_reader import read_viewport, viewport_lens
 from . import job, shown_graph
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
+from .heat_map import HeatMap
+from .hole_filler import HoleFiller
 from .progressive_picture import ProgressivePicture, in_words
 from .properties import picture_seconds
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key, world_key
@@ -46,6 +48,8 @@ class Viewport:
         self._key_is_old = True
         self._unbaked_view: View | None = None
         self._picture = ProgressivePicture()
+        self._filler = HoleFiller()
+        self._heat_map = HeatMap()
 
     def note_changes(self, depsgraph: Any) -> None:
         """Remember what the last evaluation of the scene changed."""
@@ -72,9 +76,18 @@ class Viewport:
             target = scene.relume.viewport_samples
             self._opened.session.set_samples(target)
             self._opened.follow_settings(scene)
+            if self._opened.follow_filled():
+                self._picture.note_change()
+                self._heat_map.forget()
             unfinished = self._refine(self._opened, view, picture_seconds(scene))
+            is_whole = not self._picture.is_moving and self._picture.divisor == 1
+            self._filler.follow(scene.original, self._opened, view, is_whole=is_whole)
+            if scene.relume.show_confidence and is_whole:
+                self._heat_map.update(self._opened.session, view)
             engine.update_stats("Relume", self._status(self._opened, target))
         self._show(engine, scene, view)
+        if self._opened is not None and scene.relume.show_confidence:
+            self._heat_map.draw(view)
         return unfinished
 
     def _synchronize(self, depsgraph: Any) -> None:
@@ -106,9 +119,12 @@ class Viewport:
 
             self._announced = False
             self._failed_stamp = stamp
+            self._heat_map.forget()
             self._opened = SceneSession(depsgraph, depsgraph.scene.relume.viewport_samples)
         elif changes:
             self._picture.note_change()
+            self._filler.note_change(changes)
+            self._heat_map.forget()
             self._opened.update(depsgraph, changes)
             if self._opened.is_left:
                 from .scene_session import SceneSession
@@ -146,7 +162,7 @@ class Viewport:
             text += f", first picture after {in_words(times.first)}"
         if times.last is not None:
             text += f", last after {in_words(times.last)}"
-        return f"{text}; {opened.describe()}"
+        return "; ".join(part for part in (text, opened.describe(), self._filler.status) if part)
 
     def _show(self, engine: bpy.types.RenderEngine, scene: Any, view: View) -> None:
         """Draw the picture, scene-linear: Blender applies the scene's view transform."""

@@ -41,6 +41,7 @@ def scene(extension: None, gpu_context: None, tmp_path: Path) -> Any:
     render.image_settings.color_depth = "32"
     render.filepath = str(tmp_path / "picture.exr")
     scene.relume.render_samples = SAMPLES
+    scene.relume.fill_holes = False
     scene.relume.cache_folder = str(tmp_path / "cache.relume")
     return scene
 

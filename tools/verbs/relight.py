@@ -60,6 +60,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--surfaces", type=Path, metavar="SURFACES.json",
         help="changes to what materials and objects look like, by their names",
     )  # fmt: skip
+    parser.add_argument(
+        "--confidence", type=Path, metavar="IMAGE",
+        help="also how far each pixel may be trusted; .png: a heat map, .exr: values from 0 to 1",
+    )  # fmt: skip
     arguments.add_view(parser)
     arguments.add_filling(parser)
 
@@ -67,9 +71,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     """Relight and write the picture."""
     suffix = args.out.suffix.lower()
-    if suffix not in (".exr", ".png"):
-        raise InputError(f"{args.out} is neither an .exr nor a .png file; name one of these.")
-    require_file(args.out)
+    for path in (args.out, *(() if args.confidence is None else (args.confidence,))):
+        if path.suffix.lower() not in (".exr", ".png"):
+            raise InputError(f"{path} is neither an .exr nor a .png file; name one of these.")
+        require_file(path)
 
     from ..scene_file import load_blender, open_scene
 
@@ -77,6 +82,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from addon.relight.edits.edits_file import applied_edits, read_edits
     from addon.relight.edits.surface_edits_file import NO_CHANGES, read_surface_changes
 
+    from ..confidence_table import write_confidence
     from ..display import write_display_png
     from ..filling import Filling
     from ..picture_file import write_exr
@@ -127,6 +133,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         write_display_png(scene, picture.combined, args.out)
     else:
         write_exr(args.out, picture.combined, _layers(picture))
+    if args.confidence is not None:
+        write_confidence(args.confidence, session.confidence().read())
     progress(1.0, f"wrote {args.out}")
     return {
         "image": str(args.out),

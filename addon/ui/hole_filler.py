@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Fills the holes of what a viewport shows, once it stands still.
+
+What the cache lacks is shown with its materials' means meanwhile. Drawing has a GPU context and may
+run no operator; a timer is the other way round. So a drawing finds the holes and places cameras, a
+timer saves a copy of the file and follows the process, and the next drawing takes what it baked.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import bpy
+
+from ..camplace.camera import CachingCamera
+from ..camplace.hole_cameras import hole_cameras
+from ..errors import InputError
+from ..scene.view import View, same_view
+from . import hole_job, job
+from .camera_watch import redraw
+from .scene_changes import SceneChanges
+
+if TYPE_CHECKING:
+    from .scene_session import SceneSession
+
+# The view has to stand still for so long, in seconds.
+STILL_S = 0.8
+# And so large a share of it has to be open: a row of pixels is none.
+LEAST_OPEN = 5e-4
+
+_TICK_S = 0.2
+_SHOWING = {"VIEW_3D", "PROPERTIES"}
+
+
+class HoleFiller:
+    """Follows one viewport.
+
+    Args:
+        clock: seconds.
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._view: View | None = None
+        self._since = 0.0
+        self._asked = False
+        self._wanted: tuple[int, Path, tuple[CachingCamera, ...]] | None = None
+        self._job: hole_job.HoleJob | None = None
+        self._error = ""
+
+    def note_change(self, changes: SceneChanges) -> None:
+        """The scene changed: what is being baked may be of no use, and what failed may work."""
+        if changes.geometry or changes.materials:
+            self._drop()
+            self._asked, self._since = False, self._clock()
+
+    def follow(self, scene: Any, opened: SceneSession, view: View, *, is_whole: bool) -> None:
+        """To be called at each drawing, after the session's.
+
+        Args:
+            scene: a `bpy.types.Scene`, the original one.
+            opened: what is drawn.
+            view: that is drawn.
+            is_whole: whether the session is at this very view, and has a picture of it.
+        """
+        if self._view is None or not same_view(view, self._view):
+            self._drop()
+            self._view, self._since = view, self._clock()
+            self._asked, self._error = False, ""
+        if not scene.relume.fill_holes:
+            self._drop()
+            self._asked = False
+            return
+        if self._asked or not is_whole or opened.stale:
+            return
+        if self._clock() - self._since < STILL_S:
+            _call(self._look_again, STILL_S)
+            return
+        self._asked = True
+        if opened.session.coverage.open_fraction >= LEAST_OPEN:
+            cameras = hole_cameras(view, opened.session.hole_points())
+            self._wanted = (scene.session_uid, opened.folder, cameras)
+            _call(self._tick, 0.0)
+
+    @property
+    def status(self) -> str:
+        """What the status line says of it, as one phrase; "" for nothing."""
+        if self._job is not None and not self._job.done:
+            return f"filling holes, {100.0 * self._job.fraction:.0f} %"
+        if self._wanted is not None:
+            return "filling holes"
+        return f"holes could not be filled: {self._error}" if self._error else ""
+
+    def _drop(self) -> None:
+        """Forget what was wanted, and end what is under way for it."""
+        self._wanted = None
+        if self._job is not None and not self._job.done:
+            self._job.stop()
+        self._job = None
+
+    @staticmethod
+    def _look_again() -> None:
+        redraw(_SHOWING)
+
+    def _tick(self) -> float | None:
+        if self._wanted is not None and self._job is None:
+            if job.current() is not None:  # Place or Bake, after which there may be no holes
+                return _TICK_S
+            self._start(*self._wanted)
+        if self._job is None:
+            return None
+        self._job.advance()
+        redraw(_SHOWING)
+        if not self._job.done:
+            return _TICK_S
+        self._error = self._job.error
+        self._wanted = None
+        return None
+
+    def _start(self, uid: int, folder: Path, cameras: tuple[CachingCamera, ...]) -> None:
+        scene = next((s for s in bpy.data.scenes if s.session_uid == uid), None)
+        if scene is None:
+            self._wanted = None
+            return
+        try:
+            self._job = hole_job.start(scene, folder, cameras)
+        except InputError as error:
+            self._error, self._wanted = str(error), None
+
+
+def _call(function: Callable[[], float | None], after_s: float) -> None:
+    """Have a function called by Blender's event loop; once, however often it was asked for."""
+    if not bpy.app.timers.is_registered(function):
+        bpy.app.timers.register(function, first_interval=after_s)

@@ -1,0 +1,107 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The background process that bakes a view's holes: one at a time in a program."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..camplace.camera import CachingCamera
+from ..camplace.cameras_file import write_cameras
+from ..writable import require_folder
+from . import job
+
+LABEL = "Filling holes"
+
+_current: HoleJob | None = None
+# The caches beside which this program had something baked.
+_filled: set[Path] = set()
+
+
+class HoleJob:
+    """A job that bakes cameras into the temporary pictures beside a cache.
+
+    Raises:
+        InputError: as `job.Job`; or the cache's folder cannot be written.
+    """
+
+    def __init__(self, scene: Any, cache: Path, cameras: Sequence[CachingCamera]) -> None:
+        """Saves a copy of the open file: only where Blender's operators may run."""
+        require_folder(cache)
+        self._folder = Path(tempfile.mkdtemp(prefix="relume-holes-"))
+        try:
+            path = self._folder / "cameras.json"
+            write_cameras(path, tuple(cameras))
+            arguments = ["--cache", str(cache), "--cameras", str(path)]
+            self._job = job.Job(LABEL, scene, cache, [("fill", arguments)])
+        except BaseException:
+            self._clean()
+            raise
+
+    def advance(self) -> None:
+        """Take in what the process said since the last call."""
+        self._job.advance()
+        if self._job.done:
+            self._clean()
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._job.done
+
+    @property
+    def error(self) -> str:
+        """One sentence once it has failed, else ""."""
+        return self._job.error
+
+    @property
+    def fraction(self) -> float:
+        """Share done, [0, 1]."""
+        return self._job.fraction
+
+    @property
+    def message(self) -> str:
+        """What it is doing now."""
+        return self._job.message
+
+    def stop(self) -> None:
+        """End the process; returns at once, since a view that moves on does not wait for it."""
+        threading.Thread(target=self._end, daemon=True).start()
+
+    def _end(self) -> None:
+        self._job.stop()
+        self._clean()
+
+    def _clean(self) -> None:
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def current() -> HoleJob | None:
+    """The job under way, if there is one."""
+    return _current if _current is not None and not _current.done else None
+
+
+def start(scene: Any, cache: Path, cameras: Sequence[CachingCamera]) -> HoleJob:
+    """Start one, in the place of one under way. Raises as `HoleJob`."""
+    global _current  # noqa: PLW0603 - one at a time in a program
+    stop_current()
+    _filled.add(cache)
+    _current = HoleJob(scene, cache, cameras)
+    return _current
+
+
+def filled_folders() -> tuple[Path, ...]:
+    """The caches beside which this program had temporary pictures baked; forgets them."""
+    folders = tuple(_filled)
+    _filled.clear()
+    return folders
+
+
+def stop_current() -> None:
+    """End the job under way, if there is one."""
+    if _current is not None and not _current.done:
+        _current.stop()

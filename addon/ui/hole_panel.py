@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Properties › Render › Holes: whether they are filled, and what becomes of what was baked."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import bpy
+
+from ..caching.edited_cameras import PLACEMENT_NAME
+from ..caching.store import CacheStore
+from ..caching.temporary_store import discard_all, temporary_pictures, temporary_stores
+from ..camplace.camera import CachingCamera
+from ..camplace.cameras_file import read_cameras, write_cameras
+from ..errors import InputError
+from . import hole_job, job
+from .cache_folder import cache_folder
+from .camera_objects import add_camera
+from .camera_watch import redraw
+from .engine import ENGINE
+
+_SHOWING = {"PROPERTIES", "VIEW_3D"}
+
+
+def _pictures(scene: Any) -> tuple[int, int]:
+    """How many temporary pictures there are beside the scene's cache, and their bytes."""
+    try:
+        return temporary_pictures(cache_folder(scene))
+    except InputError:
+        return 0, 0
+
+
+class RELUME_OT_keep_filled(bpy.types.Operator):
+    """Makes the temporary pictures part of the cache."""
+
+    bl_idname = "relume.keep_filled"
+    bl_label = "Keep in Cache"
+    bl_description = (
+        "Keep what was baked for holes: its cameras join the caching cameras, and serve every view"
+    )
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        if job.current() is not None:
+            cls.poll_message_set("Relume is at work: wait for it, or cancel it")
+            return False
+        return _pictures(context.scene)[0] > 0
+
+    def execute(self, context: Any) -> set[str]:
+        scene = context.scene
+        kept: list[CachingCamera] = []
+        try:
+            for store in temporary_stores(CacheStore.open(cache_folder(scene))):
+                kept += store.keep()
+            _place(scene, kept)
+        except InputError as error:
+            self.report({"ERROR"}, str(error))
+            return {"CANCELLED"}
+        plural = "" if len(kept) == 1 else "s"
+        self.report({"INFO"}, f"The cache has {len(kept)} more caching camera{plural}")
+        redraw(_SHOWING)
+        return {"FINISHED"}
+
+
+def _place(scene: Any, kept: list[CachingCamera]) -> None:
+    """Put kept cameras among those that the next bake takes, and show them with these."""
+    placement = cache_folder(scene) / PLACEMENT_NAME
+    if placement.exists():
+        write_cameras(placement, (*read_cameras(placement), *kept))
+    for camera in kept:
+        add_camera(scene, camera)
+
+
+class RELUME_OT_discard_filled(bpy.types.Operator):
+    """Removes the temporary pictures."""
+
+    bl_idname = "relume.discard_filled"
+    bl_label = "Discard"
+    bl_description = "Let what was baked for holes go; views that need it have it baked again"
+    bl_options = {"REGISTER"}
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return _pictures(context.scene)[0] > 0
+
+    def execute(self, context: Any) -> set[str]:
+        discard_all(cache_folder(context.scene))
+        redraw(_SHOWING)
+        return {"FINISHED"}
+
+
+class RELUME_PT_holes(bpy.types.Panel):
+    """What the cache does not show of a view."""
+
+    bl_label = "Holes"
+    bl_space_type = "PROPERTIES"
+    bl_region_type = "WINDOW"
+    bl_context = "render"
+
+    @classmethod
+    def poll(cls, context: Any) -> bool:
+        return context.engine == ENGINE
+
+    def draw(self, context: Any) -> None:
+        layout = self.layout
+        layout.use_property_split = True
+        layout.use_property_decorate = False
+        layout.prop(context.scene.relume, "fill_holes")
+        layout.prop(context.scene.relume, "show_confidence")
+        running = hole_job.current()
+        if running is not None:
+            layout.progress(factor=running.fraction, text=running.message)
+        count, size = _pictures(context.scene)
+        if count:
+            plural = "" if count == 1 else "s"
+            layout.label(text=f"{count} temporary picture{plural} ({size / 2**20:.1f} MB)")
+            row = layout.row(align=True)
+            row.operator("relume.keep_filled", icon="FILE_TICK")
+            row.operator("relume.discard_filled", icon="TRASH")
+
+
+@bpy.app.handlers.persistent  # type: ignore[untyped-decorator]
+def _end(*_args: Any) -> None:
+    """Another file is opened: what was baked for this one's holes goes."""
+    hole_job.stop_current()
+    for folder in hole_job.filled_folders():
+        discard_all(folder)
+
+
+CLASSES = (RELUME_OT_keep_filled, RELUME_OT_discard_filled, RELUME_PT_holes)
+
+
+def register() -> None:
+    for cls in CLASSES:
+        bpy.utils.register_class(cls)
+    bpy.app.handlers.load_pre.append(_end)
+    if hasattr(bpy.app.handlers, "exit_pre"):
+        bpy.app.handlers.exit_pre.append(_end)
+
+
+def unregister() -> None:
+    """A job under way is stopped."""
+    hole_job.stop_current()
+    for name in ("load_pre", "exit_pre"):
+        handlers = getattr(bpy.app.handlers, name, [])
+        if _end in handlers:  # a script may have cleared the list
+            handlers.remove(_end)
+    for cls in reversed(CLASSES):
+        bpy.utils.unregister_class(cls)

@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Holes are filled in the background, and what was baked is kept or let go as the artist says."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import bpy
+import numpy as np
+import pytest
+
+from addon.caching.bake import BakeSettings, bake_scene
+from addon.caching.edited_cameras import PLACEMENT_NAME
+from addon.caching.store import CacheStore
+from addon.caching.temporary_store import temporary_pictures
+from addon.camplace.camera import CachingCamera
+from addon.camplace.cameras_file import read_cameras, write_cameras
+from addon.camplace.hole_cameras import HolePoints
+from addon.scene.depsgraph_reader import with_render_depsgraph
+from addon.scene.geometry_reader import read_geometry
+from addon.ui import hole_filler, hole_job
+from addon.ui.camera_objects import show_cameras
+from addon.ui.hole_filler import LEAST_OPEN, STILL_S, HoleFiller
+from tests import synthetic
+from tests.ui.test_job import session_state
+
+
+@pytest.fixture
+def scene(extension: None, gpu_context: None, tmp_path: Path) -> Iterator[Any]:
+    """The factory file's cube on a floor, baked from one camera behind the cube."""
+    scene: Any = bpy.context.scene
+    bpy.ops.mesh.primitive_plane_add(size=30.0, location=(0.0, 0.0, -1.0))
+    render = scene.render
+    render.engine = "RELUME"
+    render.resolution_x, render.resolution_y, render.resolution_percentage = 64, 40, 100
+    scene.relume.render_samples = 1
+    folder = tmp_path / "shot.relume"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "shot.blend"))
+    place = synthetic.looking_at((-6.0, 5.0, 5.0), (0.0, 0.0, 0.0))
+    camera = CachingCamera(0, place, 1.2, 0.05, 60.0, 128, "PERSPECTIVE", 0)
+    geometry = with_render_depsgraph(scene, read_geometry)
+    bake_scene(scene, geometry, [camera], folder, BakeSettings("draft"))
+    write_cameras(folder / PLACEMENT_NAME, (camera,))
+    show_cameras(scene, (camera,))
+    bpy.ops.wm.save_mainfile()
+    yield scene
+    hole_job.stop_current()
+
+
+def folder_of(scene: Any) -> Path:
+    return Path(bpy.data.filepath).with_suffix(".relume")
+
+
+def render(scene: Any) -> None:
+    bpy.ops.render.render()
+
+
+def test_a_final_render_fills_its_holes_and_they_are_kept_or_let_go(scene: Any) -> None:
+    folder = folder_of(scene)
+    manifest = (folder / "manifest.json").read_bytes()
+    before = session_state()
+    scene.relume.fill_holes = False
+    render(scene)
+    assert temporary_pictures(folder) == (0, 0)
+    scene.relume.fill_holes = True
+    render(scene)
+    count, size = temporary_pictures(folder)
+    assert count == 1
+    assert size > 0
+    assert (folder / "manifest.json").read_bytes() == manifest
+    # What is there serves the next render, and nothing else is baked for it.
+    render(scene)
+    assert temporary_pictures(folder)[0] == 1
+    assert session_state() == before | {"dirty": session_state()["dirty"]}
+
+    bpy.ops.relume.keep_filled()
+    assert temporary_pictures(folder) == (0, 0)
+    cameras = CacheStore.open(folder).cameras
+    assert [camera.id for camera in cameras] == [0, 1]
+    assert np.allclose(cameras[1].origin, scene.camera.matrix_world.translation)
+    # The next bake takes it, and finds it as it is baked.
+    assert [camera.to_json() for camera in read_cameras(folder / PLACEMENT_NAME)] == [
+        camera.to_json() for camera in cameras
+    ]
+    shown = bpy.data.collections["Relume Cameras"].all_objects
+    assert sum(obj.type == "CAMERA" for obj in shown) == 2
+    render(scene)
+    assert temporary_pictures(folder) == (0, 0)
+    assert not bpy.ops.relume.discard_filled.poll()
+
+
+def test_temporary_pictures_go_with_the_file(scene: Any) -> None:
+    folder = folder_of(scene)
+    render(scene)
+    assert bpy.ops.relume.discard_filled.poll()
+    bpy.ops.relume.discard_filled()
+    assert temporary_pictures(folder) == (0, 0)
+    render(scene)
+    assert temporary_pictures(folder)[0] == 1
+    bpy.ops.wm.read_homefile()
+    assert temporary_pictures(folder) == (0, 0)
+
+
+class Clock:
+    now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+def opened(folder: Path, open_fraction: float = 0.1) -> Any:
+    """What a `HoleFiller` needs of a session."""
+    points = HolePoints(np.array([[0.0, 0.0, -1.0], [0.3, 0.1, -1.0]]), np.array([True, True]))
+    session = SimpleNamespace(
+        coverage=SimpleNamespace(open_fraction=open_fraction), hole_points=lambda: points
+    )
+    return SimpleNamespace(session=session, stale=(), folder=folder)
+
+
+def view_at(x: float) -> Any:
+    return synthetic.perspective_view(
+        synthetic.looking_at((x, -6.0, 3.0), (0.0, 0.0, 0.0)), 64, 40, 1.0
+    )
+
+
+def wait_for(filler: HoleFiller, seconds: float = 60.0) -> None:
+    """Blender's event loop, which a module has none of."""
+    end = time.monotonic() + seconds
+    while filler._tick() is not None:
+        assert time.monotonic() < end
+        time.sleep(0.1)
+
+
+def test_a_view_that_stands_still_has_its_holes_filled(
+    scene: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hole_filler, "_call", lambda *_: None)
+    clock, folder = Clock(), folder_of(scene)
+    filler = HoleFiller(clock)
+
+    def follow(x: float, **how: Any) -> None:
+        session = opened(folder, how.pop("open_fraction", 0.1))
+        filler.follow(scene, session, view_at(x), is_whole=how.pop("is_whole", True))
+
+    follow(0.0)
+    follow(0.0)
+    assert filler.status == ""
+    clock.now += STILL_S + 0.01
+    follow(0.0, is_whole=False)
+    assert filler.status == ""
+    # A row of pixels is no hole.
+    follow(0.0, open_fraction=0.5 * LEAST_OPEN)
+    assert filler.status == ""
+    follow(1.0)
+    clock.now += STILL_S + 0.01
+    follow(1.0)
+    assert filler.status == "filling holes"
+    # It moves on before anything began, and then while it is being baked.
+    follow(2.0)
+    assert filler.status == ""
+    clock.now += STILL_S + 0.01
+    follow(2.0)
+    filler._tick()
+    job = hole_job.current()
+    assert job is not None
+    started = time.monotonic()
+    follow(3.0)
+    assert time.monotonic() - started < 0.5
+    assert filler.status == ""
+    end = time.monotonic() + 30.0
+    while not job.done:
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    assert temporary_pictures(folder) == (0, 0)
+    clock.now += STILL_S + 0.01
+    follow(3.0)
+    wait_for(filler)
+    assert filler.status == ""
+    assert temporary_pictures(folder)[0] == 1
+    # Once is enough for a view; and nothing is done where the artist does not want it.
+    follow(3.0)
+    assert filler.status == ""
+    scene.relume.fill_holes = False
+    follow(4.0)
+    clock.now += STILL_S + 0.01
+    follow(4.0)
+    assert filler.status == ""
+
+
+def test_what_fails_is_said_once(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hole_filler, "_call", lambda *_: None)
+    clock = Clock()
+    filler = HoleFiller(clock)
+    elsewhere = folder_of(scene).parent / "none"
+    for _ in range(2):
+        filler.follow(scene, opened(elsewhere), view_at(0.0), is_whole=True)
+        clock.now += STILL_S + 0.01
+    filler.follow(scene, opened(elsewhere), view_at(0.0), is_whole=True)
+    wait_for(filler)
+    assert "holds no Relume cache" in filler.status
+    filler.follow(scene, opened(elsewhere), view_at(0.0), is_whole=True)
+    assert filler._tick() is None

@@ -5,10 +5,11 @@ A `RelightSession` owns a scene's geometry, its cache, its lights, its world and
 told what changed; its frame graph (`frame_passes`) knows what depends on that, and only this is
 drawn again.
 
-A picture is the mean of samples. Sample k has its own place in the pixel (by Cycles' filter)
-and its own point of every light, so that edges and soft shadows converge together. On the way
-there, `step` by step, an interactive view sees a coarse picture where a full one takes its time,
-then a single sample from the pixels' and the lights' centres, then the growing mean.
+A pixel is a weighted list of shading samples, made once for a view from many visibility samples
+(`corrmap.shading_samples`). Each shading sample is the mean of samples of the light: sample k has
+its own place in the pixel (by Cycles' filter) and its own point of every light. On the way there,
+`step` by step, an interactive view sees a coarse picture where a full one takes its time, then a
+single sample from the pixels' and the lights' centres, then the growing mean.
 """
 
 from __future__ import annotations

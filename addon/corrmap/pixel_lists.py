@@ -75,9 +75,13 @@ class ListBuilder:
     Args:
         position: (H, W, 4) float32: what the cells' middles see, as `VisibleSurface.position`.
         normal: (H, W, 3) float32: as `VisibleSurface.normal`.
+        most: samples that there may be; beyond, hits count for the nearest one of their cell.
     """
 
-    def __init__(self, position: NDArray[np.float32], normal: NDArray[np.float32]) -> None:
+    def __init__(
+        self, position: NDArray[np.float32], normal: NDArray[np.float32], most: int = 1 << 24
+    ) -> None:
+        self._most = most
         self._height, self._width = position.shape[:2]
         self._pixels = self._height * self._width
         self._count = self._pixels
@@ -232,7 +236,10 @@ class ListBuilder:
             last[some] = current
             current = self._next[current]
             some, current = some[current >= 0], current[current >= 0]
-        full = (found < 0) & (self._crowd[cell] >= MOST_IN_CELL)
+        full = self._crowd[cell] >= MOST_IN_CELL
+        if self._count + len(cell) > self._most:
+            full[:] = True
+        full &= found < 0
         found[full] = nearest[full]
         return found, last
 

@@ -26,6 +26,7 @@ from ..glsl.shader import (
     ShaderProgram,
     Texture,
     framebuffer,
+    max_texture_width,
     read_texture,
     texture_2d,
     texture_from_array,
@@ -270,7 +271,9 @@ class ShadingSamples:
         if self._own is None or self._builder is None:
             self._own = self._looks.pinhole(0)
             normal = read_texture(self._own.normal)[..., :3]
-            self._builder = ListBuilder(read_texture(self._own.position), normal)
+            position = read_texture(self._own.position)
+            most = min(_MOST, position.shape[1] * max_texture_width())
+            self._builder = ListBuilder(position, normal, most)
             # The centres hit their own samples.
             self._builder.add_none()
         elif self._lists is None:
@@ -446,7 +449,7 @@ def _pair_textures(own: VisibleSurface, hits: VisibleSurface) -> dict[str, Textu
 
 def fits_lists(width: int, height: int) -> bool:
     """Whether the numbers of a picture's samples can be told apart on the GPU."""
-    return 2 * width * height < _MOST
+    return 2 * width * height < _MOST and 2 * height <= max_texture_width()
 
 
 def _rows(values: NDArray[np.float32]) -> Texture:

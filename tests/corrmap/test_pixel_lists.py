@@ -170,6 +170,22 @@ def test_a_crowded_cell_has_a_bounded_number_of_samples() -> None:
     assert lists.weight.max() == pytest.approx((count - MOST_IN_CELL + 2) / count)
 
 
+def test_there_are_no_more_samples_than_can_be_numbered() -> None:
+    position = np.tile(np.array([0.0, 0.0, -1.0, 1.0], dtype=np.float32), (1, 4, 1))
+    normal = np.tile(np.array([0.0, 0.0, 1.0], dtype=np.float32), (1, 4, 1))
+    builder = ListBuilder(position, normal, most=6)
+    film = np.array([[k + 0.5, 0.5] for k in range(4)])
+    for count, depth in ((1, -2.0), (4, -3.0)):
+        hits = np.tile(np.array([0.0, 0.0, depth, 1.0], dtype=np.float32), (count, 1))
+        pixel, codes = np.arange(count), np.ones((count, 2), np.float32)
+        builder.add(pixel, hits, normal[0, :count], codes, film[:count])
+    lists = builder.finish()
+    assert lists.cell.tolist() == [0]
+    # The second hits' nearest samples: the further one of the first cell, and the others' own.
+    assert sorted(set(lists.sample.tolist())) == [1, 2, 3, 4]
+    assert np.add.reduceat(lists.weight, lists.first).tolist() == [1.0] * 4
+
+
 def test_several_hits_of_one_cell_share_new_samples() -> None:
     """As where a lens or a shutter takes the hits of one sample to anywhere."""
     position = np.zeros((1, 3, 4), dtype=np.float32)

@@ -16,10 +16,11 @@ A pair of a light and a lobe is *within* when its PSNR is {psnr:.0f} dB or more 
 {mean:.0f} per cent of Cycles', away from the edges of surfaces (2 pixels). The PSNR is of the
 display-encoded picture at the exposure that brings its brightest pixel to white, so that nothing is
 clipped and highlights count in full. Relume takes {counts} samples; lights without an extent take
-one, because both programs look through the pixels' centres. Cycles takes two renders of 128 samples
-with other seeds, without denoiser; a quarter of their squared difference is the reference's own
-error, and where that is within 3 dB of what was measured, the pair is *hidden* by it. Cells are 32
-pixels wide: the figures are of shading, not of edges.
+one, because both programs look through the pixels' centres. Its shadows are traced, the exact way;
+maps, the fast one, have errors of their own. Cycles takes two renders of 128 samples with other
+seeds, without denoiser; a quarter of their squared difference is the reference's own error, and
+where that is within 3 dB of what was measured, the pair is *hidden* by it. Cells are 32 pixels
+wide: the figures are of shading, not of edges.
 """
 
 
@@ -33,30 +34,29 @@ class Cause:
 
 CAUSES = {
     "world": Cause(
-        "The world is sampled by direction, all pixels alike: steps of its shadows, and at the "
-        "rims of balls; not followed further yet",
-        "more samples, then find out",
+        "Noise of the world's 128 rays of glossy lobes and of its 256 directions, whose shadows "
+        "are looked at in four spots each, beside that of Cycles' own picture",
+        "more rays where lobes are rough",
     ),
     "mirror": Cause(
         "What a mirror shows of a light has hard edges, and one pixel on the wrong side of one "
-        "is worth 30 dB here",
-        "none: the edges are the light's outline, within a pixel of Cycles'"),
+        "is worth 30 dB here; in shadow it shows the light in sixteenths of a cell",
+        "more samples: the parts are as small as there are many"),
     "penumbra": Cause(
-        "Steps of soft shadows: as many as there are samples, the same in all pixels; of narrow "
-        "lobes' highlights the shadow's outline in steps of a cell",
-        "more samples: the error falls as their number; traced shadows refine it for each pixel"),
+        "Of a narrow lobe's highlight the shadow's outline comes in sixteenths of a cell; other "
+        "penumbrae are those of 16 points a sample",
+        "more samples"),
     "hard": Cause(
-        "Edges of hard shadows lie within a texel of the shadow map, and single pixels flip",
-        "traced shadows (exact), or larger maps"),
-    "lamp": Cause(
-        "A lamp's highlight is dimmed by the share of the lamp that a shadow hides, and a soft "
-        "spot's by the share that shines on the place, wherever on the lamp that is",
-        "cells of the disk that is turned to each receiver, where shadows are traced",
-    ),
+        "Single pixels flip at the edges of hard shadows: one of a square's 700 is worth 31 dB",
+        "none: the edges are within a pixel of Cycles'"),
+    "speck": Cause(
+        "A narrow highlight on a ball is two or three pixels here; each sample sees its cell of "
+        "the light from a place of its own in the pixel, where the normal is another",
+        "more samples"),
     "terminator": Cause(
-        "Where a curved surface turns away from the light: facets against the smooth normal, "
-        "within a texel of the shadow map",
-        "traced shadows"),
+        "Where a ball's facets turn away before its smooth normals do, Cycles starts shadow rays "
+        "above the facets (its Shadow Terminator Geometry Offset): one or two pixels of a ball",
+        "start rays there too"),
 }  # fmt: skip
 
 
@@ -71,9 +71,7 @@ def cause_of(setup: str, light: str, lobe: str) -> str:
         return "world"
     if "mirror" in lobe:
         return "mirror"
-    if setup != "sphere":
-        if hard:
-            return "hard"
-        narrow = any(f"{r}" in lobe for r in ("0.05", "0.1", "0.2", "0.3", "coat", "glossy"))
-        return "lamp" if kind in ("POINT", "SPOT") and narrow else "penumbra"
-    return "terminator"
+    narrow = any(f"{r}" in lobe for r in ("0.05", "0.1", "0.2", "0.3", "coat", "glossy"))
+    if not setup.startswith("sphere"):
+        return "hard" if hard else "penumbra"
+    return "speck" if narrow and not hard else "terminator"

@@ -63,3 +63,17 @@ def test_a_blurred_slide_that_repeats_goes_on(blur: float) -> None:
 def test_a_large_blur_is_made_of_fewer_texels() -> None:
     big = Slide(np.ones((1000, 2000, 4), dtype=np.float32), "i", blur=0.3)
     assert slide_picture(big).pixels.size < 1e6
+
+
+def test_fewer_texels_are_blurred_no_more() -> None:
+    """The means of 3 x 3 texels blur a little by themselves, which is taken off: a wave's
+    amplitude is what the Gaussian leaves of it."""
+    wave = 0.5 + 0.5 * np.cos(2.0 * np.pi * (np.arange(96) + 0.5) / 96)
+    pixels = np.ones((96, 96, 4), dtype=np.float32)
+    pixels[..., :3] = wave[:, None, None]
+    made = slide_picture(Slide(pixels, "i", "SLIDE", blur=0.25, repeat=True)).pixels
+    assert made.shape == (32, 32, 3)
+    left = np.exp(-2.0 * (np.pi * 0.25) ** 2)
+    want = 0.5 + 0.5 * left * np.cos(2.0 * np.pi * (np.arange(32) + 0.5) / 32)
+    # float32 is left; without the correction 2e-4 to 4e-4 is.
+    np.testing.assert_allclose(made[:, 5, 1], want, atol=1e-6)

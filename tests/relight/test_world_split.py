@@ -55,6 +55,15 @@ def test_a_sun_across_the_seam_is_one() -> None:
     assert len(split_world(picture.astype(np.float32)).suns) == 1
 
 
+@pytest.mark.parametrize("scale", [2.0**-20, 2.0**20])
+def test_a_night_is_parted_as_a_day(scale: float) -> None:
+    """Nothing in it has a brightness of its own."""
+    picture = with_sun(sky(), SUN, 1.5, 1e2).astype(np.float32)
+    day, night = split_world(picture), split_world(picture * np.float32(scale))
+    assert len(night.suns) == len(day.suns) == 1
+    np.testing.assert_allclose(night.suns[0], day.suns[0] * scale, rtol=1e-12)
+
+
 def test_what_is_no_sun() -> None:
     window = with_sun(sky(), SUN, 15.0, 50.0)
     assert not split_world(window.astype(np.float32)).suns

@@ -67,7 +67,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--cameras", type=int, nargs="+", default=(9, 27, 81, 300), metavar="N")
     parser.add_argument("--camera-triangles", type=int, default=140_000, metavar="N",
                         help="of the scene in which cameras are counted")  # fmt: skip
-    parser.add_argument("--resolution", type=int, default=256, metavar="N",
+    parser.add_argument("--resolution", type=int, default=128, metavar="N",
                         help="of the cameras that are counted")  # fmt: skip
     parser.add_argument("--triangles", type=int, nargs="+", metavar="N",
                         default=(14_000, 140_000, 1_400_000, 14_000_000))  # fmt: skip
@@ -97,7 +97,7 @@ def _triangles(args: argparse.Namespace, at: Path, triangles: int) -> dict[str, 
         renders = max(args.runs // 4, 1)
         for name in ("eevee", "cycles"):
             row[f"{name}_s"] = run_step("corrmap_run", name, scene, args.size, renders)["seconds"]
-    return {"asked": triangles, **row}
+    return _told({"asked": triangles, **row})
 
 
 def _cameras(args: argparse.Namespace, at: Path) -> list[dict[str, Any]]:
@@ -109,9 +109,15 @@ def _cameras(args: argparse.Namespace, at: Path) -> list[dict[str, Any]]:
     cache = at / "cameras.relume"
     run_step("caching_run", "bake", scene, "draft", spread, cache)
     return [
-        run_step("corrmap_run", "moves", scene, cache, args.size, args.runs, count)
+        _told(run_step("corrmap_run", "moves", scene, cache, args.size, args.runs, count))
         for count in args.cameras
     ]
+
+
+def _told(row: dict[str, Any]) -> dict[str, Any]:
+    """Say it at once: a run takes long, and may end early."""
+    print(json.dumps(row), file=sys.stderr, flush=True)
+    return row
 
 
 def _baked(at: Path, triangles: int, cameras: Path) -> tuple[Path, Path]:

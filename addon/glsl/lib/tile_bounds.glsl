@@ -39,8 +39,10 @@ bool shows_nothing(int camera, vec3 middle, mat3 sides, float facing, float size
   return range.y < nearest - slack || range.x > farthest + slack;
 }
 
-/* The score that no point of a tile passes with a camera; 0 where the camera shows none of it. */
-float tile_score_bound(TileBounds tile, int camera)
+/* The score that no point of a tile passes with a camera; 0 where the camera shows none of it, or
+ * where that is not between `least` and `most`: who asks then wants no more, and what the camera
+ * holds, which costs more look-ups, is not asked. */
+float tile_score_bound(TileBounds tile, int camera, float least, float most)
 {
   vec3 place = camera_place(camera).xyz;
   vec3 middle = 0.5 * (tile.low + tile.high);
@@ -75,13 +77,13 @@ float tile_score_bound(TileBounds tile, int camera)
   vec3 away = vec3(
       dot(tile.axes[0], place), dot(tile.axes[1], place), dot(tile.axes[2], place)) - middle;
   float above = away.x + reach.x;
-  vec3 least = max(abs(away) - reach, 0.0);
-  float distance_squared = dot(least, least);
+  vec3 nearest = max(abs(away) - reach, 0.0);
+  float distance_squared = dot(nearest, nearest);
   if (distance_squared <= 0.0) {
     return ABOVE_SCORES;
   }
   /* The greatest cosine between the first axis and a way to the camera. */
-  float aside = above > 0.0 ? length(least.yz) : length(abs(away.yz) + reach.yz);
+  float aside = above > 0.0 ? length(nearest.yz) : length(abs(away.yz) + reach.yz);
   float cosine = above * inversesqrt(above * above + aside * aside);
   cosine = min(cosine + BOUND_ROUNDING, 1.0);
   /* Of a normal that leans from the axis toward the camera. */
@@ -93,17 +95,19 @@ float tile_score_bound(TileBounds tile, int camera)
   if (facing <= 0.0) {
     return 0.0;
   }
+  float bound = camera_score_bound(camera, distance_squared, facing);
+  bound = min(bound * (1.0 + 4.0 * BOUND_ROUNDING), ABOVE_SCORES);
+  if (!(bound > least) || bound > most) {
+    return 0.0;
+  }
   /* The least cosine, of a normal that leans away. */
   float below = away.x - reach.x;
   float least_facing = 0.0;
   if (below > 0.0 && tile.cosine > 0.0) {
-    float lowest = below * inversesqrt(below * below + dot(abs(away.yz) + reach.yz, abs(away.yz) + reach.yz));
+    vec2 farthest = abs(away.yz) + reach.yz;
+    float lowest = below * inversesqrt(below * below + dot(farthest, farthest));
     float sines = sqrt(max(1.0 - lowest * lowest, 0.0) * (1.0 - tile.cosine * tile.cosine));
     least_facing = lowest * tile.cosine - sines - BOUND_ROUNDING;
   }
-  if (shows_nothing(camera, q, sides, least_facing, size)) {
-    return 0.0;
-  }
-  float bound = camera_score_bound(camera, distance_squared, facing);
-  return min(bound * (1.0 + 4.0 * BOUND_ROUNDING), ABOVE_SCORES);
+  return shows_nothing(camera, q, sides, least_facing, size) ? 0.0 : bound;
 }

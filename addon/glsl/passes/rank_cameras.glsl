@@ -28,9 +28,12 @@ void main()
   int earlier = int(texelFetch(earlier_last, at, 0).w);
   /* A list with room left names all. */
   count = earlier < 0 ? 0 : count;
-  vec2 last = vec2(float(earlier), earlier < 0 ? 0.0 : tile_score_bound(tile, earlier));
+  vec2 last = vec2(float(earlier), 0.0);
+  if (earlier >= 0) {
+    last.y = tile_score_bound(tile, earlier, 0.0, ABOVE_SCORES);
+  }
 #else
-  vec2 last = vec2(-1.0, 2.0 * ABOVE_SCORES);
+  vec2 last = vec2(-1.0, ABOVE_SCORES);
 #endif
   /* (number, bound) from the greatest bound down; of equal ones the lower number first. */
   vec2 ranked[RANKS];
@@ -38,7 +41,8 @@ void main()
     ranked[i] = vec2(-1.0, 0.0);
   }
   for (int camera = 0; camera < count; camera++) {
-    vec2 entry = vec2(float(camera), tile_score_bound(tile, camera));
+    float bound = tile_score_bound(tile, camera, ranked[RANKS - 1].y, last.y);
+    vec2 entry = vec2(float(camera), bound);
     bool taken = entry.y > last.y || (entry.y == last.y && entry.x <= last.x);
     if (taken || !(entry.y > ranked[RANKS - 1].y)) {
       continue;

@@ -36,7 +36,7 @@ PRESET: Preset = "balanced"
 # comes too near to the reference's noise to be measured in the time that a demo may take: with
 # 16, as F12 has, it is 2 to 3 dB less.
 SAMPLES = 5
-REFERENCE_SAMPLES = 24
+REFERENCE_SAMPLES = 40
 # What every view must reach: luma, whole picture and away from edges; and its most holes.
 LEAST_PSNR_DB = 30.0
 LEAST_PSNR_AWAY_DB = 36.0

@@ -75,9 +75,11 @@ class ViewFigures:
 
     @classmethod
     def read(cls, folder: Path) -> ViewFigures | None:
-        """Of a view's folder; None where it was not measured yet."""
+        """Of a view's folder; None where it was not measured yet, as it is measured now."""
         found, relit = read_json(folder / "figures.json"), read_json(folder / "relit.json")
         if found is None or relit is None:
+            return None
+        if "flip_noise" not in found or "filling" not in relit:  # an earlier version's
             return None
         whole, away = found["whole"], found["away_from_edges"]
         values = [_decibels(part["psnr_luma"]) for part in (whole, away)]

@@ -98,7 +98,7 @@ class ConfidencePass:
 
 
 def draw_heat_map(confidence: Confidence) -> Texture:
-    """RGBA16F, premultiplied display values to lay over a picture: red is none, blue is all."""
+    """RGBA16F, premultiplied scene-linear colours to lay over a picture, from red to blue."""
     texture = texture_2d(confidence.texture.width, confidence.texture.height, "RGBA16F")
     program = PassShader(
         name="heat_map",

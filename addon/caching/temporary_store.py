@@ -107,8 +107,15 @@ class TemporaryStore:
             if begun is None or not begun.manifest.cameras:
                 self._remove()
 
-    def keep(self, numbers: Collection[int] | None = None) -> tuple[CachingCamera, ...]:
-        """Make pictures part of the cache, all without `numbers`; returns their cameras there.
+    def keep(
+        self, numbers: Collection[int] | None = None, *, taken: Collection[int] = ()
+    ) -> tuple[CachingCamera, ...]:
+        """Make pictures part of the cache, and return their cameras there.
+
+        Args:
+            numbers: which; None for all.
+            taken: numbers that their cameras must not get, beside those of the cache: of cameras
+                that are placed and not baked yet.
 
         Raises:
             InputError: the cache cannot be written, or another bake took its place.
@@ -120,7 +127,7 @@ class TemporaryStore:
             begun = self._begun()
             for camera in () if begun is None else begun.cameras:
                 if begun is not None and (numbers is None or camera.id in numbers):
-                    kept.append(self._kept(begun, camera))
+                    kept.append(self._kept(begun, camera, taken))
                     self._drop(begun, [camera.id])
             if begun is None or not begun.manifest.cameras:
                 self._remove()
@@ -131,13 +138,15 @@ class TemporaryStore:
         with suppress(OSError):  # pictures of other states are there
             self._all.rmdir()
 
-    def _kept(self, begun: CacheStore, camera: CachingCamera) -> CachingCamera:
+    def _kept(
+        self, begun: CacheStore, camera: CachingCamera, taken: Collection[int]
+    ) -> CachingCamera:
         """Move a picture into the cache, behind all that it has."""
         source, record = begun.camera_path(camera.id), begun.manifest.finished[camera.id]
         cache = CacheStore.open(self._store.folder)
         with cache.changing() as now:
             fingerprint = begun.manifest.fingerprint
-            number = 1 + max((c.id for c in now.cameras), default=-1)
+            number = 1 + max([*(c.id for c in now.cameras), *taken], default=-1)
             frames = [n for n, state in now.frames.items() if state.fingerprint == fingerprint]
             is_first = fingerprint == now.fingerprint
             if not is_first and not frames:

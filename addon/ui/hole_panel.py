@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import bpy
 
-from ..caching.edited_cameras import PLACEMENT_NAME
+from ..caching.edited_cameras import PLACEMENT_NAME, own_numbers
 from ..caching.store import CacheStore
 from ..caching.temporary_store import discard_all, temporary_pictures, temporary_stores
 from ..camplace.camera import CachingCamera
 from ..camplace.cameras_file import read_cameras, write_cameras
 from ..errors import InputError
+from ..scene.caching_collection_reader import caching_collection
 from . import hole_job, job
 from .cache_folder import cache_folder
 from .camera_objects import add_camera
@@ -38,7 +41,7 @@ class RELUME_OT_keep_filled(bpy.types.Operator):
     bl_description = (
         "Keep what was baked for holes: its cameras join the caching cameras, and serve every view"
     )
-    bl_options = {"REGISTER"}
+    bl_options = {"REGISTER", "UNDO"}
 
     @classmethod
     def poll(cls, context: Any) -> bool:
@@ -49,25 +52,41 @@ class RELUME_OT_keep_filled(bpy.types.Operator):
 
     def execute(self, context: Any) -> set[str]:
         scene = context.scene
-        kept: list[CachingCamera] = []
+        count = 0
         try:
-            for store in temporary_stores(CacheStore.open(cache_folder(scene))):
-                kept += store.keep()
-            _place(scene, kept)
+            folder = cache_folder(scene)
+            for store in temporary_stores(CacheStore.open(folder)):
+                kept = store.keep(taken=_numbers(scene, _placed(folder)))
+                # At once: whatever happens to the next, these are in the cache.
+                _place(scene, folder, kept)
+                count += len(kept)
         except InputError as error:
             self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        plural = "" if len(kept) == 1 else "s"
-        self.report({"INFO"}, f"The cache has {len(kept)} more caching camera{plural}")
+            return {"FINISHED"} if count else {"CANCELLED"}
+        plural = "" if count == 1 else "s"
+        self.report({"INFO"}, f"The cache has {count} more caching camera{plural}")
         redraw(_SHOWING)
         return {"FINISHED"}
 
 
-def _place(scene: Any, kept: list[CachingCamera]) -> None:
+def _placed(folder: Path) -> tuple[CachingCamera, ...]:
+    """What Place found last; nothing where a cache was baked otherwise."""
+    placement = folder / PLACEMENT_NAME
+    return read_cameras(placement) if placement.exists() else ()
+
+
+def _numbers(scene: Any, placed: Sequence[CachingCamera]) -> set[int]:
+    """Of the cameras that the next bake takes."""
+    collection = caching_collection(scene)
+    own = frozenset() if collection is None else own_numbers(collection)
+    return {*own, *(camera.id for camera in placed)}
+
+
+def _place(scene: Any, folder: Path, kept: Sequence[CachingCamera]) -> None:
     """Put kept cameras among those that the next bake takes, and show them with these."""
-    placement = cache_folder(scene) / PLACEMENT_NAME
-    if placement.exists():
-        write_cameras(placement, (*read_cameras(placement), *kept))
+    placed = _placed(folder)
+    if placed and kept:
+        write_cameras(folder / PLACEMENT_NAME, (*placed, *kept))
     for camera in kept:
         add_camera(scene, camera)
 

@@ -85,6 +85,15 @@ def test_kept_pictures_are_the_caches_own(cache: CacheStore) -> None:
     assert [camera.id for camera in CacheStore.open(cache.folder).cameras] == [0, 1, 2, 3]
 
 
+def test_kept_cameras_leave_numbers_that_are_taken(cache: CacheStore) -> None:
+    """Of cameras that were placed and are not baked yet."""
+    temporary = TemporaryStore(cache)
+    for tone in (0.25, 0.75):
+        temporary.add(picture(4, tone))
+    assert [camera.id for camera in temporary.keep(taken=(0, 1, 2, 5))] == [6, 7]
+    assert [camera.id for camera in CacheStore.open(cache.folder).cameras] == [0, 1, 6, 7]
+
+
 def test_a_frames_pictures_are_kept_with_the_frame(cache: CacheStore) -> None:
     other = FINGERPRINT[::-1]
     cache.set_frame(7, FrameState(other, None, {0: cache.first_name(0)}))

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -91,6 +92,18 @@ def test_a_final_render_fills_its_holes_and_they_are_kept_or_let_go(scene: Any) 
     render(scene)
     assert temporary_pictures(folder) == (0, 0)
     assert not bpy.ops.relume.discard_filled.poll()
+
+
+def test_kept_cameras_stand_beside_those_that_are_not_baked_yet(scene: Any) -> None:
+    folder = folder_of(scene)
+    render(scene)
+    (first,) = read_cameras(folder / PLACEMENT_NAME)
+    placed = (first, *(replace(first, id=number, source=number) for number in (1, 2)))
+    write_cameras(folder / PLACEMENT_NAME, placed)
+    show_cameras(scene, placed)
+    bpy.ops.relume.keep_filled()
+    assert [camera.id for camera in CacheStore.open(folder).cameras] == [0, 3]
+    assert [camera.id for camera in read_cameras(folder / PLACEMENT_NAME)] == [0, 1, 2, 3]
 
 
 def test_temporary_pictures_go_with_the_file(scene: Any) -> None:

@@ -21,6 +21,7 @@ from ..errors import InputError
 from ..scene.view import View, same_view
 from . import hole_job, job
 from .camera_watch import redraw
+from .event_loop import call_later
 from .scene_changes import SceneChanges
 
 if TYPE_CHECKING:
@@ -50,6 +51,8 @@ class HoleFiller:
         self._wanted: tuple[int, Path, tuple[CachingCamera, ...]] | None = None
         self._job: hole_job.HoleJob | None = None
         self._error = ""
+        # Blender knows a timer's function by its identity, and a method has a new one each time.
+        self._timer = self._tick
 
     def note_change(self, changes: SceneChanges) -> None:
         """The scene changed: what is being baked may be of no use, and what failed may work."""
@@ -77,13 +80,13 @@ class HoleFiller:
         if self._asked or not is_whole or opened.stale:
             return
         if self._clock() - self._since < STILL_S:
-            _call(self._look_again, STILL_S)
+            call_later(self._look_again, STILL_S)
             return
         self._asked = True
         if opened.session.coverage.open_fraction >= LEAST_OPEN:
             cameras = hole_cameras(view, opened.session.hole_points())
             self._wanted = (scene.session_uid, opened.folder, cameras)
-            _call(self._tick, 0.0)
+            call_later(self._timer, 0.0)
 
     @property
     def status(self) -> str:
@@ -107,7 +110,8 @@ class HoleFiller:
 
     def _tick(self) -> float | None:
         if self._wanted is not None and self._job is None:
-            if job.current() is not None:  # Place or Bake, after which there may be no holes
+            # After Place or Bake there may be no holes; and another viewport's come first.
+            if job.current() is not None or hole_job.current() is not None:
                 return _TICK_S
             self._start(*self._wanted)
         if self._job is None:
@@ -129,9 +133,3 @@ class HoleFiller:
             self._job = hole_job.start(scene, folder, cameras)
         except InputError as error:
             self._error, self._wanted = str(error), None
-
-
-def _call(function: Callable[[], float | None], after_s: float) -> None:
-    """Have a function called by Blender's event loop; once, however often it was asked for."""
-    if not bpy.app.timers.is_registered(function):
-        bpy.app.timers.register(function, first_interval=after_s)

@@ -25,6 +25,7 @@ from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.ui import hole_filler, hole_job
 from addon.ui.camera_objects import show_cameras
+from addon.ui.event_loop import call_later
 from addon.ui.hole_filler import LEAST_OPEN, STILL_S, HoleFiller
 from tests import synthetic
 from tests.ui.test_job import session_state
@@ -151,7 +152,7 @@ def wait_for(filler: HoleFiller, seconds: float = 60.0) -> None:
 def test_a_view_that_stands_still_has_its_holes_filled(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(hole_filler, "_call", lambda *_: None)
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
     clock, folder = Clock(), folder_of(scene)
     filler = HoleFiller(clock)
 
@@ -204,8 +205,37 @@ def test_a_view_that_stands_still_has_its_holes_filled(
     assert filler.status == ""
 
 
+def test_two_viewports_have_their_holes_filled_one_after_the_other(
+    scene: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
+    clock, folder = Clock(), folder_of(scene)
+    fillers = [HoleFiller(clock), HoleFiller(clock)]
+    for _ in range(2):
+        for x, filler in enumerate(fillers):
+            filler.follow(scene, opened(folder), view_at(float(x)), is_whole=True)
+        clock.now += STILL_S + 0.01
+    fillers[0]._tick()
+    first = hole_job.current()
+    assert fillers[1]._tick() is not None
+    assert hole_job.current() is first
+    for filler in fillers:
+        wait_for(filler)
+        assert filler.status == ""
+    assert temporary_pictures(folder)[0] == 2
+
+
+def test_a_timer_that_is_there_is_not_set_again(extension: None) -> None:
+    filler = HoleFiller()
+    call_later(filler._timer, 100.0)
+    assert bpy.app.timers.is_registered(filler._timer)
+    call_later(filler._timer, 0.0)
+    bpy.app.timers.unregister(filler._timer)
+    assert not bpy.app.timers.is_registered(filler._timer)
+
+
 def test_what_fails_is_said_once(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(hole_filler, "_call", lambda *_: None)
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
     clock = Clock()
     filler = HoleFiller(clock)
     elsewhere = folder_of(scene).parent / "none"

@@ -68,9 +68,13 @@ class HoleJob:
         """What it is doing now."""
         return self._job.message
 
-    def stop(self) -> None:
-        """End the process; returns at once, since a view that moves on does not wait for it."""
-        threading.Thread(target=self._end, daemon=True).start()
+    def stop(self, *, waits: bool = False) -> None:
+        """End the process; returns at once, since a view that moves on does not wait for it, or,
+        if it `waits`, once nothing is written any more."""
+        if waits:
+            self._end()
+        else:
+            threading.Thread(target=self._end, daemon=True).start()
 
     def _end(self) -> None:
         self._job.stop()
@@ -101,7 +105,7 @@ def filled_folders() -> tuple[Path, ...]:
     return folders
 
 
-def stop_current() -> None:
-    """End the job under way, if there is one."""
+def stop_current(*, waits: bool = False) -> None:
+    """End the job under way, if there is one; see `HoleJob.stop`."""
     if _current is not None and not _current.done:
-        _current.stop()
+        _current.stop(waits=waits)

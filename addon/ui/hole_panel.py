@@ -20,7 +20,7 @@ from . import hole_job, job
 from .cache_folder import cache_folder
 from .camera_objects import add_camera
 from .camera_watch import redraw
-from .engine import ENGINE
+from .render_panel import RenderPanel
 
 _SHOWING = {"PROPERTIES", "VIEW_3D"}
 
@@ -109,17 +109,10 @@ class RELUME_OT_discard_filled(bpy.types.Operator):
         return {"FINISHED"}
 
 
-class RELUME_PT_holes(bpy.types.Panel):
+class RELUME_PT_holes(RenderPanel, bpy.types.Panel):
     """What the cache does not show of a view."""
 
     bl_label = "Holes"
-    bl_space_type = "PROPERTIES"
-    bl_region_type = "WINDOW"
-    bl_context = "render"
-
-    @classmethod
-    def poll(cls, context: Any) -> bool:
-        return context.engine == ENGINE
 
     def draw(self, context: Any) -> None:
         layout = self.layout
@@ -142,7 +135,7 @@ class RELUME_PT_holes(bpy.types.Panel):
 @bpy.app.handlers.persistent  # type: ignore[untyped-decorator]
 def _end(*_args: Any) -> None:
     """Another file is opened: what was baked for this one's holes goes."""
-    hole_job.stop_current()
+    hole_job.stop_current(waits=True)
     for folder in hole_job.filled_folders():
         discard_all(folder)
 
@@ -160,7 +153,7 @@ def register() -> None:
 
 def unregister() -> None:
     """A job under way is stopped."""
-    hole_job.stop_current()
+    hole_job.stop_current(waits=True)
     for name in ("load_pre", "exit_pre"):
         handlers = getattr(bpy.app.handlers, name, [])
         if _end in handlers:  # a script may have cleared the list

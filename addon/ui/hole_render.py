@@ -11,7 +11,7 @@ import bpy
 
 from ..camplace.hole_cameras import hole_cameras
 from ..errors import InputError
-from ..progress import Cancelled, Progress
+from ..progress import Progress
 from ..scene.view import View
 from . import hole_job
 from .hole_filler import LEAST_OPEN
@@ -50,7 +50,7 @@ def fill_for_render(scene: Any, opened: SceneSession, view: View, progress: Prog
             progress(job.fraction, f"Filling holes: {job.message}")
             time.sleep(_TICK_S)
             job.advance()
-    except Cancelled:
+    except BaseException:
         job.stop()
         raise
     if job.error:
@@ -68,18 +68,24 @@ def _started(start: Any) -> hole_job.HoleJob:
     answer: list[hole_job.HoleJob | InputError] = []
     ready = threading.Event()
 
+    given_up = threading.Event()
+
     def run() -> None:
-        if ready.is_set():  # nobody waits any more
+        if given_up.is_set():
             return
         try:
             answer.append(start())
         except InputError as error:
             answer.append(error)
         ready.set()
+        # Nobody follows it any more.
+        if given_up.is_set() and isinstance(answer[0], hole_job.HoleJob):
+            answer[0].stop()
 
     bpy.app.timers.register(run)
     if not ready.wait(_PATIENCE_S):
-        ready.set()
+        given_up.set()
+    if not ready.is_set():
         raise InputError("Blender's interface did not answer; render again")
     if isinstance(answer[0], InputError):
         raise answer[0]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -14,6 +14,7 @@ from addon.glsl.shader import read_texture, texture_from_array
 from addon.relight.light_points.light_cells import SPOTS
 from addon.relight.light_points.light_sample import LightSample, light_sample
 from addon.relight.light_points.turned_disk import turned_way
+from addon.relight.shadows import traced_shadow
 from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
 from addon.scene.geometry import Cutout, SceneGeometry
 from addon.scene.light import Light
@@ -307,6 +308,28 @@ def test_a_layer_of_fewer_pixels() -> None:
     )
     middle = np.minimum(np.arange(11) * 4 + 2, 40)
     assert np.array_equal(coarse, whole[np.ix_(middle, middle)])
+
+
+def test_receivers_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a sample of the view, also where it is laid out anew for edits of surfaces."""
+    found: list[Any] = []
+    real = traced_shadow._find
+
+    def counted(*given: Any) -> Any:
+        found.append(given)
+        return real(*given)
+
+    monkeypatch.setattr(traced_shadow, "_find", counted)
+    xs = np.linspace(-1.0, 1.0, 5)
+    buffer = surfaces(floor_points(xs, xs), UP).upload()
+    shadows = TracedShadowPass(geometry_of([square(2.0, 0.0)]))
+    light = light_at("POINT", (0.0, 0.0, 1.0), (0.0, 0.0, 0.0))
+    for _ in range(3):
+        shadows.draw(replace(buffer), light, light_sample(light, 0, 1))
+    assert len(found) == 1
+    other = surfaces(floor_points(xs, xs), UP).upload()
+    shadows.draw(other, light, light_sample(light, 0, 1))
+    assert len(found) == 2
 
 
 @pytest.mark.parametrize("kind", ["AREA", "SUN", "POINT"])

@@ -165,8 +165,9 @@ class TracedShadowPass:
         return self._scene
 
     def _seen_by(self, surface: SurfaceBuffer, scene: LocalScene) -> _Seen:
-        """Kept for lights to come; the surface is kept with it, so that its id stays its own."""
-        key = id(surface)
+        """Kept for lights to come, by the texture of the sample's places: that stays the same where
+        surfaces are edited or told their objects, and is kept, so that its id stays its own."""
+        key = id(surface.position)
         if key not in self._seen:
             self._seen[key] = _find(surface, ReceiverFinder(scene))
             used = sum(seen.nbytes for seen in self._seen.values())

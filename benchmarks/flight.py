@@ -25,8 +25,9 @@ import numpy as np
 from addon.argument_types import positive
 from addon.caching.presets import DEFAULT_PRESET, PRESETS
 from addon.stopping import stop_signals
-from tools.unique_names import folder_names
 from tools.verbs.arguments import size
+
+from .chosen_scenes import chosen_scenes
 
 Row = dict[str, Any]
 
@@ -61,7 +62,7 @@ PANELS: tuple[tuple[str, Mapping[str, Callable[[Row], float]]], ...] = (
 def main() -> int:
     """Fly through what was not yet, and draw the plot; 0, or 1 when a scene failed."""
     args = _arguments()
-    scenes = _scenes(args)
+    scenes = chosen_scenes(args.scenes, args.folder)
     failed = []
     for number, (name, scene) in enumerate(scenes.items(), start=1):
         folder = args.folder / name
@@ -145,20 +146,6 @@ def _is_done(folder: Path, args: argparse.Namespace) -> bool:
     found = json.loads(path.read_text(encoding="utf-8"))
     asked = (args.preset, list(args.size), args.frames)
     return (found["preset"], found["size"], len(found["frames"])) == asked
-
-
-def _scenes(args: argparse.Namespace) -> dict[str, Path]:
-    if args.scenes:
-        missing = [str(path) for path in args.scenes if not path.is_file()]
-        if missing:
-            sys.exit(f"there is no file {', '.join(missing)}; check the path")
-        names = folder_names([path.stem for path in args.scenes])
-        return dict(zip(names, args.scenes, strict=True))
-    room = args.folder / "room.blend"
-    if not room.is_file():
-        subprocess.run([sys.executable, "-m", "tools.demo_scene", str(room)], check=True,
-                       stdout=subprocess.DEVNULL)  # fmt: skip
-    return {"room": room}
 
 
 def _arguments() -> argparse.Namespace:

@@ -25,9 +25,9 @@ from addon.argument_types import positive
 from addon.caching.presets import PRESETS
 from addon.sampling import PICTURE_SAMPLES
 from addon.stopping import stop_signals
-from tools.unique_names import folder_names
 from tools.verbs.arguments import size
 
+from .chosen_scenes import chosen_scenes
 from .scene_steps import Rates, Step, describe_plans, in_order, read_json, steps_left
 from .scene_table import draw_sheets, write_page
 
@@ -37,7 +37,7 @@ REFERENCE_SAMPLES, DOUBLINGS = 16, 3
 def main() -> int:
     """Do what is left, and write the page; 0, or 1 when a step failed."""
     args = _arguments()
-    scenes = _scenes(args)
+    scenes = chosen_scenes(args.scenes, args.folder)
     folders = {name: args.folder / name / _size_name(args.size) for name in scenes}
     for folder in folders.values():
         _forget(folder, args)
@@ -153,21 +153,6 @@ def _forget(folder: Path, args: argparse.Namespace) -> None:
         import json
 
         (folder / "plan.json").write_text(json.dumps(plan, indent=2), encoding="utf-8")
-
-
-def _scenes(args: argparse.Namespace) -> dict[str, Path]:
-    """By the names of their folders; the demo's room, which is built first, if none is named."""
-    if args.scenes:
-        missing = [str(path) for path in args.scenes if not path.is_file()]
-        if missing:
-            sys.exit(f"there is no file {', '.join(missing)}; check the path")
-        names = folder_names([path.stem for path in args.scenes])
-        return dict(zip(names, args.scenes, strict=True))
-    room = args.folder / "room.blend"
-    if not room.is_file():
-        subprocess.run([sys.executable, "-m", "tools.demo_scene", str(room)], check=True,
-                       stdout=subprocess.DEVNULL)  # fmt: skip
-    return {"room": room}
 
 
 def _size_name(size: tuple[int, int] | None) -> str:

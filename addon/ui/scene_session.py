@@ -12,6 +12,7 @@ from ..caching.scene_state import SceneState
 from ..caching.store import CacheStore
 from ..caching.temporary_store import TemporaryStore
 from ..caching.what_changed import surely_stale
+from ..errors import InputError
 from ..relight.session import RelightSession
 from ..relight.shadows.shadow_frustum import ShadowSettings
 from ..scene.exposure_reader import ReadAt, read_exposure
@@ -68,9 +69,9 @@ class SceneSession:
         self.session = RelightSession(self._geometry, store, samples)
         self._temporary = TemporaryStore(store)
         self._filled_stamp = 0
+        self._warnings = {"geometry": self._geometry.warnings}
         self.follow_filled()
         self.follow_settings(depsgraph.scene)
-        self._warnings = {"geometry": self._geometry.warnings}
         self._check(state)
         self.update(depsgraph, SceneChanges(lights=True, world=True, edits=True))
 
@@ -99,7 +100,13 @@ class SceneSession:
         if stamp == self._filled_stamp:
             return False
         self._filled_stamp = stamp
-        self.session.set_added(self._temporary.read())
+        try:
+            self.session.set_added(self._temporary.read())
+            self._warnings["filled"] = ()
+        except InputError as error:
+            # The cache goes on without them.
+            self.session.set_added(())
+            self._warnings["filled"] = (f"what was baked for holes is not shown: {error}",)
         return True
 
     def update(self, depsgraph: Any, changes: SceneChanges) -> None:

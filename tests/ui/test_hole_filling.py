@@ -21,6 +21,7 @@ from addon.caching.temporary_store import temporary_pictures
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.camplace.hole_cameras import HolePoints
+from addon.errors import InputError
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from addon.ui import hole_filler, hole_job
@@ -105,6 +106,35 @@ def test_kept_cameras_stand_beside_those_that_are_not_baked_yet(scene: Any) -> N
     bpy.ops.relume.keep_filled()
     assert [camera.id for camera in CacheStore.open(folder).cameras] == [0, 3]
     assert [camera.id for camera in read_cameras(folder / PLACEMENT_NAME)] == [0, 1, 2, 3]
+
+
+def test_pictures_that_do_not_fit_leave_the_cache_as_it_is(
+    scene: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from addon.corrmap.block_pages import BlockPages
+    from addon.ui.scene_session import SceneSession
+
+    render(scene)
+    assert temporary_pictures(folder_of(scene))[0] == 1
+
+    def full(*_: Any) -> Any:
+        raise InputError("the GPU has no room")
+
+    monkeypatch.setattr(BlockPages, "grown", full)
+    graph = bpy.context.evaluated_depsgraph_get()
+    opened = SceneSession(graph, 1)
+    assert any("the GPU has no room" in warning for warning in opened.warnings)
+    opened.session.set_view(view_at(0.0))
+    holes = opened.session.coverage.hole_fraction
+    monkeypatch.undo()
+    assert SceneSession(graph, 1).warnings == tuple(
+        warning for warning in opened.warnings if "no room" not in warning
+    )
+    scene.relume.fill_holes = False
+    bpy.ops.relume.discard_filled()
+    alone = SceneSession(graph, 1)
+    alone.session.set_view(view_at(0.0))
+    assert alone.session.coverage.hole_fraction == holes > 0.0
 
 
 def test_temporary_pictures_go_with_the_file(scene: Any) -> None:

@@ -15,13 +15,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..glsl.shader import (
-    MAX_COLOR_SLOTS,
     PassShader,
     ShaderProgram,
     Texture,
@@ -34,13 +31,14 @@ from ..glsl.shader import (
 from ..glsl.uniforms import Field, UniformBlock
 from .correspondence import CorrespondencePass, GatherPass
 from .geometry_buffer import GeometryBuffer
+from .mean_surface import MeanPass
+from .pixel_list_pass import PAIR_SAMPLERS, PixelListPass, PixelListTextures, pair_textures
 from .pixel_lists import ListBuilder, PixelLists
 from .same_surface import SAME_SURFACE_DEFINES
 from .surface_buffer import SurfaceBuffer
-from .surface_layout import SurfaceLayout
 from .tile_pages import TilePages
 from .view_looks import ViewLooks
-from .visible_surface import VisibleSurface, clip_from_local
+from .visible_surface import VisibleSurface
 
 # Visibility samples whose hits the parameters of a shading sample are the mean of.
 GATHERED = 16
@@ -57,50 +55,6 @@ _BYTES_OF_VALUES = 16
 # Entries of all lists: a quarter of a gigabyte.
 _MOST_ENTRIES = 1 << 25
 
-# Texels in a row of what is uploaded as a plain row of values.
-_ROW = 4096
-
-_SAMPLE_SAMPLERS: Any = (
-    ("sample_position", "FLOAT_2D"),
-    ("sample_normal", "FLOAT_2D"),
-    ("visible_position", "FLOAT_2D"),
-    ("visible_normal", "FLOAT_2D"),
-)
-_STRAY = PassShader(
-    name="stray",
-    fragment="stray",
-    library=("same_surface",),
-    defines=SAME_SURFACE_DEFINES,
-    samplers=_SAMPLE_SAMPLERS,
-    outputs=(("FLOAT", "stray"),),
-)
-# Through a lens or a shutter a pixel's own surface may be hit anywhere.
-_STRAY_BLURRED = replace(
-    _STRAY,
-    name="stray_blurred",
-    blocks=(
-        UniformBlock(
-            "film",
-            (Field("mat4", "clip_from_local"), Field("vec2", "size"), Field("vec2", "offset")),
-        ),
-    ),
-    defines=(*SAME_SURFACE_DEFINES, ("IS_BLURRED", "1")),
-)
-_PICK = PassShader(
-    name="pick_hits",
-    fragment="pick_hits",
-    samplers=(
-        ("picked_pixel", "FLOAT_2D"),
-        ("visible_position", "FLOAT_2D"),
-        ("visible_normal", "FLOAT_2D"),
-        ("visible_triangle", "FLOAT_2D"),
-    ),
-    outputs=(
-        ("VEC4", "picked_position"),
-        ("VEC4", "picked_normal"),
-        ("VEC2", "picked_triangle"),
-    ),
-)
 _HITS = PassShader(
     name="sample_hits",
     fragment="sample_hits",
@@ -108,7 +62,7 @@ _HITS = PassShader(
     defines=SAME_SURFACE_DEFINES,
     blocks=(UniformBlock("hits", (Field("vec2", "offset"), Field("int", "height"))),),
     samplers=(
-        *_SAMPLE_SAMPLERS,
+        *PAIR_SAMPLERS,
         ("sample_triangle", "FLOAT_2D"),
         ("visible_triangle", "FLOAT_2D"),
         ("sample_cell", "FLOAT_2D"),
@@ -125,95 +79,6 @@ _OBJECTS = PassShader(
     samplers=(("surface_triangle", "FLOAT_2D"), ("triangle_ids", "FLOAT_2D")),
     outputs=(("FLOAT", "surface_object"),),
 )
-_MEAN_BLOCK = UniformBlock("mean", (Field("float", "share"),))
-
-
-class PixelListPass:
-    """Tells which hits are strays, for a `ListBuilder`."""
-
-    def __init__(self, looks: ViewLooks) -> None:
-        self._looks = looks
-        self._stray = (_STRAY_BLURRED if looks.is_blurred else _STRAY).build()
-        self._pick = _PICK.build()
-
-    def add(self, builder: ListBuilder, own: VisibleSurface, k: int) -> None:
-        """Count visibility sample k.
-
-        Args:
-            builder: of the lists.
-            own: what the pixels' centres see.
-            k: which sample.
-        """
-        hits = self._looks.visible(k)
-        mask = texture_2d(own.position.width, own.position.height, "R8")
-        self._stray.draw_fullscreen(framebuffer([mask]), _pair_textures(own, hits), self._film(k))
-        pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
-        if not len(pixel):
-            builder.add_none()
-            return
-        place = np.stack([pixel % mask.width, pixel // mask.width], axis=1)
-        rows = _rows(place.astype(np.float32))
-        size = (rows.width, rows.height)
-        picked = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
-        self._pick.draw_fullscreen(
-            framebuffer(picked),
-            {
-                "picked_pixel": rows,
-                "visible_position": hits.position,
-                "visible_normal": hits.normal,
-                "visible_triangle": hits.triangles,
-            },
-            {},
-        )
-        position, normal, triangle = (
-            read_texture(t).reshape(-1, components)[: len(pixel)]
-            for t, components in zip(picked, (4, 4, 2), strict=True)
-        )
-        film = self._looks.film(k, pixel, position)
-        # Where the pixel itself has been moved to, by the lens or by motion.
-        moved = film - np.array(self._looks.offset(k)) if self._looks.is_blurred else None
-        builder.add(pixel, position, normal[:, :3], triangle, film, moved=moved)
-
-    def _film(self, k: int) -> dict[str, dict[str, Any]]:
-        """Where the reference has its pixels."""
-        if not self._looks.is_blurred:
-            return {}
-        view = self._looks.view
-        return {
-            "film": {
-                "clip_from_local": clip_from_local(view, self._looks.surfaces.origin),
-                "size": (view.width, view.height),
-                "offset": self._looks.offset(k),
-            }
-        }
-
-
-class PixelListTextures:
-    """Lists on the GPU.
-
-    Attributes:
-        lists: the same as arrays.
-        place: RG32F, for each pixel the row of the entries where its list begins, and its length
-            times the width of a row and the column.
-        entries: RG32F, sample numbers and weights.
-    """
-
-    def __init__(self, lists: PixelLists) -> None:
-        self.lists = lists
-        row, column = np.divmod(lists.first, _ROW)
-        place = np.stack([row, column + _ROW * lists.count], axis=1).astype(np.float32)
-        self.place = texture_from_array(place.reshape(lists.height, lists.width, 2), "RG32F")
-        entries = np.stack([lists.sample.astype(np.float32), lists.weight], axis=1)
-        self.entries = _rows(entries)
-
-    @property
-    def nbytes(self) -> int:
-        """Bytes of the GPU's memory."""
-        return sum(8 * int(t.width) * int(t.height) for t in (self.place, self.entries))
-
-    def textures(self) -> dict[str, Texture]:
-        """By the names of resolve.glsl."""
-        return {"list_place": self.place, "list_entries": self.entries}
 
 
 class ShadingSamples:
@@ -376,7 +241,7 @@ class ShadingSamples:
         self._hits_program.draw_fullscreen(
             framebuffer(targets),
             {
-                **_pair_textures(own, hits),
+                **pair_textures(own, hits),
                 "sample_triangle": own.triangles,
                 "visible_triangle": hits.triangles,
                 "sample_cell": self._cells,
@@ -404,57 +269,6 @@ class ShadingSamples:
         self._mean, self._sum = mean, None
 
 
-class MeanPass:
-    """Turns sums of gathered surfaces into means."""
-
-    def __init__(self, layout: SurfaceLayout) -> None:
-        self._layout = layout
-
-    def draw(self, total: SurfaceBuffer, share: float) -> SurfaceBuffer:
-        """The surfaces with their values multiplied by `share`, directions unit."""
-        names = self._layout.value_names
-        values = tuple(texture_2d(total.width, total.height) for _ in names)
-        textures = {f"sum_{name}": t for name, t in zip(names, total.values, strict=True)}
-        textures["surface_geometric_normal"] = total.geometric_normal
-        for start in range(0, len(names), MAX_COLOR_SLOTS):
-            some = slice(start, start + MAX_COLOR_SLOTS)
-            target = framebuffer(values[some])
-            self._program(names[some]).draw_fullscreen(target, textures, {"mean": {"share": share}})
-        return replace(total, values=values)
-
-    def _program(self, outputs: tuple[str, ...]) -> ShaderProgram:
-        names = self._layout.value_names
-        unread = "".join(f"vec4 {name};\n" for name in names if name not in outputs)
-        return PassShader(
-            name="mean_surface",
-            fragment="mean_surface",
-            generated=unread + self._layout.mean_glsl(),
-            blocks=(_MEAN_BLOCK,),
-            samplers=(
-                ("surface_geometric_normal", "FLOAT_2D"),
-                *((f"sum_{name}", "FLOAT_2D") for name in names),
-            ),
-            outputs=tuple(("VEC4", name) for name in outputs),
-        ).build()
-
-
-def _pair_textures(own: VisibleSurface, hits: VisibleSurface) -> dict[str, Texture]:
-    return {
-        "sample_position": own.position,
-        "sample_normal": own.normal,
-        "visible_position": hits.position,
-        "visible_normal": hits.normal,
-    }
-
-
 def fits_lists(width: int, height: int) -> bool:
     """Whether the numbers of a picture's samples can be told apart on the GPU."""
     return 2 * width * height < _MOST and 2 * height <= max_texture_width()
-
-
-def _rows(values: NDArray[np.float32]) -> Texture:
-    """(N, 2) float32 as RG32F texels, row by row; the last row is filled up with zeros."""
-    rows = max(-(-len(values) // _ROW), 1)
-    filled = np.zeros((rows * _ROW, 2), dtype=np.float32)
-    filled[: len(values)] = values
-    return texture_from_array(filled.reshape(rows, _ROW, 2), "RG32F")

@@ -27,8 +27,9 @@ from .correspondence import (
     measure_coverage,
 )
 from .geometry_buffer import GeometryBuffer
+from .pixel_list_pass import PixelListTextures
 from .shading_normals import ShadingNormalPass
-from .shading_samples import PixelListTextures, ShadingSamples, fits_lists
+from .shading_samples import ShadingSamples, fits_lists
 from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout

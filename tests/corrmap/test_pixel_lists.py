@@ -43,7 +43,7 @@ def visible(geometry: SceneGeometry, view: View) -> tuple[Any, list[Any], list[A
 
 
 def make_lists(looks: Any, own: Any) -> PixelLists:
-    from addon.corrmap.shading_samples import PixelListPass
+    from addon.corrmap.pixel_list_pass import PixelListPass
     from addon.glsl.shader import read_texture
 
     builder = ListBuilder(read_texture(own.position), read_texture(own.normal)[..., :3])
@@ -84,7 +84,7 @@ def test_the_gpus_lists_are_the_twins() -> None:
 
 
 def test_pixels_are_their_lists_weighted_sums() -> None:
-    from addon.corrmap.shading_samples import PixelListTextures
+    from addon.corrmap.pixel_list_pass import PixelListTextures
     from addon.glsl.shader import framebuffer, read_texture, texture_2d
     from addon.relight.layers.layer_stack import LightLayer
     from addon.relight.layers.resolve_pass import ResolvePass
@@ -202,7 +202,7 @@ def test_several_hits_of_one_cell_share_new_samples() -> None:
 
 
 def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
-    from addon.corrmap.shading_samples import PixelListPass
+    from addon.corrmap.pixel_list_pass import PixelListPass
     from addon.corrmap.visible_surface import VisibleSurface
     from addon.glsl.shader import texture_from_array
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.geometry_buffer import GeometryBuffer
-from ...corrmap.shading_samples import PixelListTextures
+from ...corrmap.pixel_list_pass import PixelListTextures
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
 from ...corrmap.surface_sampler import SurfaceSampler

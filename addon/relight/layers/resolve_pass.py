@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...corrmap.shading_samples import PixelListTextures
+from ...corrmap.pixel_list_pass import PixelListTextures
 from ...glsl.shader import PassShader, ShaderProgram, Texture, framebuffer, texture_2d
 from ..shading.blend_pass import add_fullscreen
 from .layer_stack import LightLayer

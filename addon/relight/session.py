@@ -84,6 +84,9 @@ if TYPE_CHECKING:
 # Visibility samples of each pixel: as many as Lightspeed's pictures have (figure 10).
 VISIBILITY_SAMPLES = 64
 
+# Of a whole picture's time, as its progress is told: that of finding its shading samples.
+_VISIBILITY_SHARE = 0.2
+
 
 class RelightSession:
     """Relights one scene from one cache. Needs a GPU context for its whole life.
@@ -356,12 +359,14 @@ class RelightSession:
         """
         self._require_layers()
         names, count = self._wanted(), self._stages.count
+        start = 0.0
         if self._stages.next_sample(names) is not None:
             while self._find_shading_samples():
-                progress(0.2 * self._sampler.shading_progress, "Visibility")
+                start = _VISIBILITY_SHARE * self._sampler.shading_progress
+                progress(start, "Visibility")
         while (k := self._stages.next_sample(names)) is not None:
-            done = sum(self._stages.samples(name) for name in names)
-            progress(done / (count * len(names)), f"Sample {k + 1} of {count}")
+            done = sum(self._stages.samples(name) for name in names) / (count * len(names))
+            progress(start + (1.0 - start) * done, f"Sample {k + 1} of {count}")
             drawn = self._stages.refine(names, self._drawer)
             if drawn is not None:
                 self._clean(drawn)

@@ -132,6 +132,16 @@ def test_the_first_pictures_do_not_wait_for_the_lists(room: Room) -> None:
     np.testing.assert_array_equal(session.render().combined, whole.render().combined)
 
 
+def test_progress_never_goes_back(room: Room) -> None:
+    session = open_session(room, 3, VISIBILITY)
+    session.set_lights([KEY])
+    told: list[float] = []
+    session.render(lambda fraction, _: told.append(fraction))
+    assert len(told) > VISIBILITY + 3
+    assert told == sorted(told)
+    assert told[-1] == 1.0
+
+
 def test_a_single_sample_has_no_lists(room: Room) -> None:
     session = open_session(room, 1, VISIBILITY)
     session.set_lights([KEY])

@@ -66,7 +66,8 @@ def pixel_rays(
         reach += 1e-6 * (np.abs(depth) + half.max())
         first = max(near, depth - reach)
         last = min(far, depth + reach)
-        span = last - first if first < last else reach
+        # Of a single place in the camera's own plane any span will do.
+        span = float(last - first if first < last else reach) or 1.0
         clip = [1.0 / span, -first / span, 1.0]
     values: dict[str, Any] = {"clip": [*clip, -float(axis @ place[0])]}
     for name, (first, right, up) in (("origin", place), ("direction", direction)):

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -28,6 +30,13 @@ def sampler(gpu_context: None, setup: Setup) -> SurfaceSampler:
     return made
 
 
+def parallel_view(view: View) -> View:
+    """From the same place, of what lies before it."""
+    clip_from_camera = np.diag([0.8, 0.8, -0.02, 1.0])
+    clip_from_camera[2, 3] = -1.0
+    return replace(view, clip_from_camera=clip_from_camera, perspective=False)
+
+
 def steps(
     view: View, place: NDArray[np.float64], normal: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -43,9 +52,14 @@ def steps(
     return found[0], found[1]
 
 
-def test_confidence_equals_its_twin(setup: Setup, sampler: SurfaceSampler) -> None:
+@pytest.mark.parametrize("perspective", [True, False], ids=["perspective", "parallel"])
+def test_confidence_equals_its_twin(
+    setup: Setup, sampler: SurfaceSampler, perspective: bool
+) -> None:
     from addon.glsl.shader import read_texture
 
+    view = setup.view if perspective else parallel_view(setup.view)
+    sampler.set_view(view)
     surface = sampler.sample(0)
     shown = sampler.confidence().read().reshape(-1, 4).astype(np.float64)
     place = read_texture(surface.position).astype(np.float64).reshape(-1, 4)[:, :3]
@@ -56,7 +70,7 @@ def test_confidence_equals_its_twin(setup: Setup, sampler: SurfaceSampler) -> No
     expected = np.zeros((len(place), 4))
     expected[normal[:, 3] == -1.0, 0] = 0.2
     expected[normal[:, 3] == -2.0, 0] = 0.1
-    right, up = steps(setup.view, place, normal[:, :3])
+    right, up = steps(view, place, normal[:, :3])
     for number, framebuffer in enumerate(setup.framebuffers):
         mine = (found[:, 0] == number) & (normal[:, 3] > 0.0)
         camera = framebuffer.camera
@@ -89,6 +103,7 @@ def test_confidence_tells_where_the_error_is(setup: Setup, sampler: SurfaceSampl
     from addon.glsl.shader import read_texture
     from tests.corrmap.test_correspondence import channel_of
 
+    sampler.set_view(setup.view)
     surface = sampler.sample(0)
     trust = sampler.confidence().read()[..., 0].ravel()
     place = read_texture(surface.position).reshape(-1, 4)[:, :3] + surface.origin

@@ -28,6 +28,7 @@ from .camplace.camera import CachingCamera
 from .errors import InputError
 from .progress import Progress
 from .scene.geometry import SceneGeometry
+from .writable import require_folder
 
 
 def bake_holes(
@@ -58,6 +59,7 @@ def bake_holes(
     state = read_state(geometry, int(scene.frame_current))
     store = cache.showing(state.fingerprint, state.frame)
     temporary = TemporaryStore(store)
+    require_folder(temporary.folder)
     numbers = []
 
     def keep(framebuffer: DeepFramebuffer, seen: Seen) -> FileRecord:  # noqa: ARG001

@@ -6,6 +6,8 @@ from __future__ import annotations
 import threading
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from addon.caching.plan import ChannelPlan
 from addon.caching.store import CacheStore, Manifest
 from addon.caching.temporary_store import TemporaryStore, discard_all
 from addon.errors import InputError
+from addon.progress import silent
 from tests import synthetic
 
 PLAN = ChannelPlan(("depth", "material_id", "normal", "diffuse_color"), {}, ("one",))
@@ -186,3 +189,18 @@ def test_all_can_be_discarded(cache: CacheStore) -> None:
     discard_all(cache.folder)
     assert TemporaryStore(cache).read() == ()
     discard_all(cache.folder)
+
+
+def test_what_cannot_be_written_is_told_before_anything_is_baked(
+    cache: CacheStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from addon import hole_bake
+
+    (cache.folder / temporary_store.FOLDER_NAME).touch()
+    state = SimpleNamespace(fingerprint=FINGERPRINT, frame=cache.manifest.frame)
+    monkeypatch.setattr(hole_bake, "read_state", lambda *_: state)
+    monkeypatch.setattr(hole_bake, "CamerasBake", None)
+    scene: Any = SimpleNamespace(frame_current=1)
+    geometry: Any = None
+    with pytest.raises(InputError, match="cannot be written"):
+        hole_bake.bake_holes(scene, geometry, cache, CAMERAS[:1], silent)

@@ -137,6 +137,10 @@ def test_numbers_that_are_too_large(
     [
         (("relight", "--cache", "absent", "--out", "FILE/a.png"), "cannot be written"),
         (("relight", "--cache", "absent", "--out", "FOLDER.png"), "it is a folder"),
+        (
+            ("relight", "--cache", "absent", "--out", "A.png", "--confidence", "A.png"),
+            "the picture's own file",
+        ),
         (("evaluate", "--out", "FILE/out"), "cannot be written"),
         (("place", "--out", "ABSENT/cameras.json"), "cannot be written"),
         (("place", "--show", "a.pdf"), "not a .png file"),

@@ -75,6 +75,8 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         if path.suffix.lower() not in (".exr", ".png"):
             raise InputError(f"{path} is neither an .exr nor a .png file; name one of these.")
         require_file(path)
+    if args.confidence is not None and args.confidence.resolve() == args.out.resolve():
+        raise InputError(f"--confidence names the picture's own file, {args.out}; name another.")
 
     from ..scene_file import load_blender, open_scene
 

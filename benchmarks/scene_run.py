@@ -181,16 +181,13 @@ class SceneRun:
             shot = Shot(name, self._scene.frame_current, view, folder / name)
             session.set_view(view)
             coverage = session.coverage
-            filling = Filling(
+            with Filling(
                 self._scene, self._arrays, folder / "cache", session,
                 fills=not self._args.no_filling, keeps=False,
-            )  # fmt: skip
-            try:
+            ) as filling:  # fmt: skip
                 relit = relight_view(session, shot, part_of(self._progress, *ends), filling)
-            finally:
-                # What one view had baked for it is not for the next one.
-                filling.end()
-                session.set_added([])
+            # What one view had baked for it is not for the next one.
+            session.set_added([])
             relit.write_relit(self._scene)
             report = {
                 **relit.report,

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from addon.caching.store import CacheStore
 from addon.caching.temporary_store import TemporaryStore
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 class Filling:
     """Bakes what a cache does not show of views, and has a session show it.
+
+    At the end of a `with` block the pictures become part of the cache or go, whatever ended it.
 
     Args:
         scene: the open `bpy.types.Scene`, at the frame at which `arrays` were read.
@@ -85,7 +87,10 @@ class Filling:
         self._resolutions += [camera.resolution for camera in cameras]
         self._seconds += time.monotonic() - started
 
-    def end(self) -> None:
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
         """Keep the pictures in the cache, or remove them."""
         if not self._numbers:
             return

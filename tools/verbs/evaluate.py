@@ -101,15 +101,15 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     folders = folder_names([view.name for view in shown], taken=("cache",))
     with applied_edits(scene, edits):
         session = open_session(arrays, cache, args.samples, shadows=args.shadows)
-        filling = Filling(scene, arrays, cache, session, **arguments.filling(args))
         views = []
-        for number, view in enumerate(shown):
-            ends = [0.4 + 0.1 * (number + i) / len(shown) for i in (0, 1)]
-            step = part_of(progress, *ends)
-            shot = evaluation.Shot(view.name, scene.frame_current, view, args.out / folders[number])
-            views.append(evaluation.relight_view(session, shot, step, filling))
-            views[-1].write_relit(scene)
-        filling.end()
+        with Filling(scene, arrays, cache, session, **arguments.filling(args)) as filling:
+            for number, view in enumerate(shown):
+                ends = [0.4 + 0.1 * (number + i) / len(shown) for i in (0, 1)]
+                step = part_of(progress, *ends)
+                folder = args.out / folders[number]
+                shot = evaluation.Shot(view.name, scene.frame_current, view, folder)
+                views.append(evaluation.relight_view(session, shot, step, filling))
+                views[-1].write_relit(scene)
         _prepare(scene, args.size)
         evaluation.measure_all(
             scene, views, args.reference_samples, part_of(progress, 0.5, 0.98), DOUBLINGS

@@ -123,12 +123,11 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     )
     session.set_surface_edits(surface_edits)
     session.set_view(view)
-    filling = Filling(scene, arrays, args.cache, session, **arguments.filling(args))
-    filling.fill(view, part_of(progress, 0.4, 0.6))
-    session.set_exposure(exposure)
-    started = time.monotonic()
-    picture = session.render(part_of(progress, 0.6, 0.95))
-    filling.end()
+    with Filling(scene, arrays, args.cache, session, **arguments.filling(args)) as filling:
+        filling.fill(view, part_of(progress, 0.4, 0.6))
+        session.set_exposure(exposure)
+        started = time.monotonic()
+        picture = session.render(part_of(progress, 0.6, 0.95))
     seconds = time.monotonic() - started
     progress(0.95, f"writing {args.out}")
     if suffix == ".png":

@@ -1,0 +1,55 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What happens at the end to the pictures that fill a view's holes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from addon.progress import Cancelled
+from tools.filling import Filling
+
+
+@pytest.fixture
+def done(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, list[int]]]:
+    """What the store was told."""
+    told: list[tuple[str, list[int]]] = []
+    store = SimpleNamespace(
+        keep=lambda numbers: told.append(("keep", numbers)),
+        discard=lambda numbers: told.append(("discard", numbers)),
+        read=list,
+    )
+    monkeypatch.setattr(Filling, "_temporary", store)
+    monkeypatch.setattr("tools.filling.hole_cameras", lambda *_: [SimpleNamespace(resolution=64)])
+    monkeypatch.setattr("tools.filling.CacheStore", SimpleNamespace(open=lambda _: None))
+    monkeypatch.setattr("addon.hole_bake.bake_holes", lambda *_: [7])
+    return told
+
+
+def _filling(*, keeps: bool) -> Filling:
+    session: Any = SimpleNamespace(
+        set_view=lambda _: None, hole_points=lambda: None, set_added=lambda _: None
+    )
+    arrays: Any = SimpleNamespace(geometry=None)
+    return Filling(None, arrays, Path("cache"), session, fills=True, keeps=keeps)
+
+
+@pytest.mark.parametrize(("keeps", "what"), [(False, "discard"), (True, "keep")])
+@pytest.mark.parametrize("error", [None, Cancelled, KeyboardInterrupt, ValueError])
+def test_pictures_are_kept_or_go_whatever_happens_later(
+    done: list[tuple[str, list[int]]], keeps: bool, what: str, error: type[BaseException] | None
+) -> None:
+    view: Any = None
+    raised = None
+    try:
+        with _filling(keeps=keeps) as filling:
+            filling.fill(view, lambda *_: None)
+            if error is not None:
+                raise error
+    except (Cancelled, KeyboardInterrupt, ValueError) as caught:
+        raised = type(caught)
+    assert raised is error
+    assert done == [(what, [7])]

@@ -171,7 +171,10 @@ class SceneSession:
         if coverage.hole_fraction == 0.0:
             text = "all of the picture is in the cache"
         else:
-            text = f"{100.0 * coverage.hole_fraction:.2f} % of the picture is not in the cache"
+            share = 100.0 * coverage.hole_fraction
+            # A few pixels of millions are holes still.
+            percent = f"{share:.2f}" if share >= 0.005 else "less than 0.01"
+            text = f"{percent} % of the picture is not in the cache"
         return "; ".join((text, *self.stale))
 
     @property

@@ -537,8 +537,8 @@ def test_a_cancelled_render_goes_on_where_it_was(gpu_context: None, room: Any) -
     session = open_session(room, samples=4)
     session.set_lights([point_light("A", (1, 1, 1.5))])
 
-    def stop(fraction: float, _message: str) -> None:
-        if fraction >= 0.5:
+    def stop(_fraction: float, message: str) -> None:
+        if message.startswith("Sample 3 of 4"):
             raise Cancelled
 
     with pytest.raises(Cancelled):

@@ -16,6 +16,8 @@ from .picture_file import write_exr, write_png
 COLORS = np.array([[0.843, 0.098, 0.110], [1.0, 0.9, 0.55], [0.173, 0.482, 0.714]])
 # Tenths of the surface's pixels.
 PARTS = 10
+# A pixel of `Confidence.read` that sees no surface.
+NOTHING = (-1.0, 0.0, 0.0, 0.0)
 
 
 def confidence_colors(confidence: NDArray[np.float32]) -> NDArray[np.float64]:

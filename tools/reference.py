@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.progress import Progress, part_of
-from addon.scene.view_reader import read_view
+from addon.scene.view_reader import read_view, render_size
 
 from . import metrics
 from .comparison import DEPTH_CHANNEL, OBJECT_CHANNEL, PERSPECTIVE_HEADER, PIXEL_HEADER
@@ -294,8 +294,7 @@ def render_passes(scene: Any, path: Path, samples: int, seed: int) -> PictureFil
     settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
     settings.exr_codec = "NONE"
     scene.render.filepath, scene.render.use_file_extension = str(path), False
-    scale = scene.render.resolution_percentage / 100.0
-    width, height = (int(n * scale) for n in (scene.render.resolution_x, scene.render.resolution_y))
+    width, height = render_size(scene)
     size = width * height * 3 * np.dtype(np.float32).itemsize
     render_to(path, size, "the reference", layer=scene.view_layers[0].name)
     return read_picture(path)

@@ -15,6 +15,7 @@ from addon.scene.exposure import Exposure
 from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 from addon.scene.light_linking import LightLinking
+from addon.scene.render_region import RenderRegion
 from addon.scene.surface_edit import NO_EDITS, SurfaceEdits
 from addon.scene.view import View
 from addon.scene.world import World
@@ -159,15 +160,29 @@ def read_views(
     return with_render_depsgraph(scene, read)
 
 
-def read_exposure_of(scene: Any, view: View, geometry: SceneGeometry) -> Exposure | None:
+def read_region(scene: Any, view: View) -> RenderRegion | None:
+    """The part of a view of `read_views` that the scene's renders are of; None for all.
+
+    Raises:
+        InputError: it has no pixel.
+    """
+    from addon.scene.view_reader import read_render_region
+
+    return read_render_region(scene.render, view.width, view.height)
+
+
+def read_exposure_of(
+    scene: Any, view: View, geometry: SceneGeometry, region: RenderRegion | None = None
+) -> Exposure | None:
     """What moves while the shutter of a view's camera is open; None without motion blur.
 
     The scene is evaluated at several times, and then at its frame again.
 
     Args:
         scene: a `bpy.types.Scene`.
-        view: of `read_views`.
+        view: of `read_views`, or a region of that.
         geometry: of `read_scene`, at the same frame.
+        region: the same; None for all.
     """
     from addon.scene.depsgraph_reader import with_render_depsgraph
     from addon.scene.exposure_reader import read_exposure
@@ -183,7 +198,8 @@ def read_exposure_of(scene: Any, view: View, geometry: SceneGeometry) -> Exposur
         return with_render_depsgraph(scene, read)
 
     try:
-        return read_exposure(scene, find_camera(scene, view.name), view, geometry, read_at)
+        camera = find_camera(scene, view.name)
+        return read_exposure(scene, camera, view, geometry, read_at, region=region)
     finally:
         scene.frame_set(frame, subframe=part)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from .exposure import Exposure
 from .geometry import SceneGeometry
+from .render_region import RenderRegion
 from .view import View
 from .view_reader import read_view
 
@@ -32,7 +34,13 @@ _Key = tuple[str, str, int]
 
 
 def read_exposure(
-    scene: Any, camera: Any, view: View, geometry: SceneGeometry, read_at: ReadAt
+    scene: Any,
+    camera: Any,
+    view: View,
+    geometry: SceneGeometry,
+    read_at: ReadAt,
+    *,
+    region: RenderRegion | None = None,
 ) -> Exposure | None:
     """What moves while the shutter is open at the scene's frame; None without motion blur.
 
@@ -43,6 +51,7 @@ def read_exposure(
         geometry: read at the frame.
         read_at: called for each step; it leaves the scene at that frame, and the caller puts it
             back.
+        region: what `view` is of the camera's picture; None for all.
     """
     render = scene.render
     if not render.use_motion_blur:
@@ -56,8 +65,9 @@ def read_exposure(
     warnings = _unblurred(scene)
     count = 2 ** _steps(scene) + 1
     views, poses = [], []
+    place = partial(_place, camera=camera, view=view, region=region)
     for step in middle + shutter * np.linspace(-0.5, 0.5, count):
-        at = read_at(float(step), lambda graph: (_place(graph, camera, view), _matrices(graph)))
+        at = read_at(float(step), lambda graph: (place(graph), _matrices(graph)))
         views.append(at[0])
         poses.append(at[1])
     frame_poses = read_at(frame, _matrices)
@@ -77,8 +87,10 @@ def read_exposure(
     )
 
 
-def _place(depsgraph: Any, camera: Any, view: View) -> View:
-    return read_view(depsgraph, camera, view.width, view.height)
+def _place(depsgraph: Any, camera: Any, view: View, region: RenderRegion | None) -> View:
+    if region is None:
+        return read_view(depsgraph, camera, view.width, view.height)
+    return region.of(read_view(depsgraph, camera, region.width, region.height))
 
 
 def _matrices(depsgraph: Any) -> dict[_Key, NDArray[np.float64]]:

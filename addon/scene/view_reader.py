@@ -10,6 +10,7 @@ import numpy as np
 from ..errors import InputError
 from .caching_collection_reader import shot_cameras
 from .lens import Lens
+from .render_region import RenderRegion
 from .view import FilterKind, PixelFilter, View
 
 
@@ -32,6 +33,14 @@ def find_camera(scene: Any, name: str | None = None) -> Any:
     return cameras[name]
 
 
+def render_size(scene: Any) -> tuple[int, int]:
+    """Width and height of the scene's renders, pixels; whole numbers all the way, as in Blender."""
+    render = scene.render
+    percentage = render.resolution_percentage
+    width, height = (n * percentage // 100 for n in (render.resolution_x, render.resolution_y))
+    return max(1, width), max(1, height)
+
+
 def read_view(
     depsgraph: Any, camera: Any, width: int | None = None, height: int | None = None
 ) -> View:
@@ -47,9 +56,7 @@ def read_view(
             f"camera '{camera.name}' is {evaluated.data.type.lower()}; "
             "Relume shows perspective and orthographic cameras"
         )
-    scale = scene.render.resolution_percentage / 100.0
-    width = width or max(1, int(scene.render.resolution_x * scale))
-    height = height or max(1, int(scene.render.resolution_y * scale))
+    width, height = width or render_size(scene)[0], height or render_size(scene)[1]
     clip_from_camera = evaluated.calc_matrix_camera(
         depsgraph,
         x=width,
@@ -70,16 +77,27 @@ def read_view(
     )
 
 
-def render_region(view: View, render: Any, margin: int = 0) -> View:
-    """The part of a view that Blender's render settings ask for: all, or a render region and
-    `margin` pixels about it."""
+def read_render_region(render: Any, width: int, height: int) -> RenderRegion | None:
+    """The part of a picture of this size that Blender's render settings ask for; None for all.
+
+    Raises:
+        InputError: the region has no pixel.
+    """
     if not render.use_border:
-        return view
-    # Blender rounds the region's edges down to whole pixels.
-    left, right = int(render.border_min_x * view.width), int(render.border_max_x * view.width)
-    bottom, top = int(render.border_min_y * view.height), int(render.border_max_y * view.height)
-    right, top = max(right, left + 1), max(top, bottom + 1)
-    return view.region(left - margin, bottom - margin, right + margin, top + margin)
+        return None
+
+    # As Blender has it, in float32 and rounded down: 0.7 of 10 pixels are 7 there, and 6 in double.
+    def edge(share: float, pixels: int) -> int:
+        return int(np.float32(share) * np.float32(pixels))
+
+    left, right = edge(render.border_min_x, width), edge(render.border_max_x, width)
+    bottom, top = edge(render.border_min_y, height), edge(render.border_max_y, height)
+    if right <= left or top <= bottom:
+        raise InputError(
+            "the render region has no pixel; draw a larger one, or clear it (Ctrl+Alt+B)"
+        )
+    cropped = bool(render.use_crop_to_border)
+    return RenderRegion(width, height, left, bottom, right, top, cropped)
 
 
 def read_viewport(region: Any, region_data: Any, scene: Any, lens: Lens | None = None) -> View:

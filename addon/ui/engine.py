@@ -13,8 +13,9 @@ import numpy as np
 
 from ..errors import InputError
 from ..progress import Cancelled
+from ..scene.render_region import RenderRegion
 from ..scene.view import View
-from ..scene.view_reader import find_camera, read_view, render_region
+from ..scene.view_reader import find_camera, read_render_region, read_view
 from . import compatible_panels
 from .light_passes import Pixels, add_up, light_passes
 from .unbaked_picture import draw_unbaked
@@ -24,10 +25,6 @@ if TYPE_CHECKING:
     from .scene_session import SceneSession
 
 ENGINE = "RELUME"
-
-# Pixels about a render region that are drawn with it: what its border's pixels take from their
-# neighbours is there.
-_MARGIN = 4
 
 
 class RelumeEngine(bpy.types.RenderEngine):
@@ -49,13 +46,13 @@ class RelumeEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene
         try:
             view = read_view(depsgraph, find_camera(scene))
-            margin = _MARGIN if scene.render.use_border else 0
-            view = render_region(view, scene.render, margin)
+            region = read_render_region(scene.render, view.width, view.height)
+            view = view if region is None else region.of(view)
         except InputError as error:
             self._refuse(error)
             return
         try:
-            passes = self._relight(depsgraph, view)
+            passes = self._relight(depsgraph, view, region)
         except InputError as error:
             self._refuse(error)
             passes = {"Combined": draw_unbaked(depsgraph, view)}
@@ -65,7 +62,9 @@ class RelumeEngine(bpy.types.RenderEngine):
             traceback.print_exc()
             self._refuse(error)
             return
-        self._deliver(depsgraph, {name: _without(p, margin) for name, p in passes.items()})
+        if region is not None:
+            passes = {name: region.cut(pixels) for name, pixels in passes.items()}
+        self._deliver(depsgraph, passes)
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
         """Tell the compositor which passes there are."""
@@ -74,7 +73,9 @@ class RelumeEngine(bpy.types.RenderEngine):
             for name in light_passes(scene).values():
                 self.register_pass(scene, renderlayer, name, 3, "RGB", "COLOR")
 
-    def _relight(self, depsgraph: Any, view: View) -> dict[str, Pixels]:
+    def _relight(
+        self, depsgraph: Any, view: View, region: RenderRegion | None
+    ) -> dict[str, Pixels]:
         """Every pass, (H, W, channels) float32, scene-linear, row 0 at the bottom."""
         # Imported late: it takes scipy along, which would slow down every start of Blender.
         from .hole_render import fill_for_render
@@ -87,7 +88,7 @@ class RelumeEngine(bpy.types.RenderEngine):
             unfilled = fill_for_render(depsgraph.scene.original, opened, view, self._progress)
             if unfilled:
                 self.report({"WARNING"}, f"Relume: {unfilled}")
-        self._expose(depsgraph, opened, view)
+        self._expose(depsgraph, opened, view, region)
         picture = opened.session.render(self._progress)
         self.update_stats("", f"Relume: {opened.describe()}")
         for sentence in opened.stale:
@@ -101,7 +102,9 @@ class RelumeEngine(bpy.types.RenderEngine):
             passes |= add_up((height, width), picture.layers, names, picture.glowing)
         return passes
 
-    def _expose(self, depsgraph: Any, opened: SceneSession, view: View) -> None:
+    def _expose(
+        self, depsgraph: Any, opened: SceneSession, view: View, region: RenderRegion | None
+    ) -> None:
         """Tell the session what moves while the shutter is open."""
         scene = depsgraph.scene
         if not scene.render.use_motion_blur:
@@ -114,7 +117,7 @@ class RelumeEngine(bpy.types.RenderEngine):
 
         frame, part = scene.frame_current, scene.frame_subframe
         try:
-            opened.follow_exposure(scene, find_camera(scene), view, read_at)
+            opened.follow_exposure(scene, find_camera(scene), view, read_at, region=region)
         finally:
             self.frame_set(frame, part)
 
@@ -156,12 +159,6 @@ class RelumeEngine(bpy.types.RenderEngine):
             self._viewport = Viewport()
         if self._viewport.draw(self, context, depsgraph):
             self.tag_redraw()
-
-
-def _without(pixels: Pixels, margin: int) -> Pixels:
-    """A picture without so many pixels along each side."""
-    height, width = pixels.shape[:2]
-    return pixels[margin : height - margin, margin : width - margin]
 
 
 def register() -> None:

@@ -19,6 +19,7 @@ from ..scene.exposure_reader import ReadAt, read_exposure
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_linking_reader import read_emitter_linking
 from ..scene.light_reader import read_lights
+from ..scene.render_region import RenderRegion
 from ..scene.surface_edit_reader import read_surface_edits
 from ..scene.view import View
 from ..scene.world import World
@@ -81,10 +82,18 @@ class SceneSession:
         self.session.set_shadows(_SHADOWS[settings.shadows])
         self.session.set_muted(world=settings.mute_world, emission=settings.mute_emission)
 
-    def follow_exposure(self, scene: Any, camera: Any, view: View, read_at: ReadAt) -> None:
+    def follow_exposure(
+        self,
+        scene: Any,
+        camera: Any,
+        view: View,
+        read_at: ReadAt,
+        *,
+        region: RenderRegion | None = None,
+    ) -> None:
         """Blur what moves while the shutter of a camera is open, if the scene's render settings
         say so; see `read_exposure`."""
-        exposure = read_exposure(scene, camera, view, self._geometry, read_at)
+        exposure = read_exposure(scene, camera, view, self._geometry, read_at, region=region)
         self.session.set_exposure(exposure)
         self._warnings["exposure"] = exposure.warnings if exposure is not None else ()
 

@@ -3,18 +3,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import bpy
 import numpy as np
 import pytest
 from bpy_extras.object_utils import world_to_camera_view
 from mathutils import Vector
+from PIL import Image
 
 from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
 from addon.scene.lens import Lens
-from addon.scene.view_reader import find_camera, read_view, viewport_lens
+from addon.scene.view_reader import (
+    find_camera,
+    read_render_region,
+    read_view,
+    render_size,
+    viewport_lens,
+)
 from tests.synthetic import looking_at, perspective_view
 
 
@@ -218,3 +228,74 @@ def test_rays_do_not_need_the_far_plane(scene: bpy.types.Scene, kind: str, ratio
         depth = (origins - view.origin) @ -view.world_from_camera[:3, 2]
         assert depth.min() > -1e-9
         assert depth.max() < 0.25
+
+
+class _Sizes(bpy.types.RenderEngine):
+    """Renders nothing; the result has the size that Blender gives it."""
+
+    bl_idname = "RELUME_TEST_SIZES"
+    bl_label = "Sizes"
+
+    def render(self, depsgraph: Any) -> None:
+        self.end_result(self.begin_result(0, 0, 1, 1))
+
+
+@pytest.fixture
+def sizes(scene: bpy.types.Scene, tmp_path: Path) -> Iterator[Callable[[], tuple[int, int]]]:
+    """Gives the width and height of a render; RuntimeError where Blender makes none."""
+    bpy.utils.register_class(_Sizes)
+    render = scene.render
+    render.engine = _Sizes.bl_idname
+    render.image_settings.file_format = "PNG"
+    render.filepath = str(tmp_path / "size.png")
+
+    def size() -> tuple[int, int]:
+        bpy.ops.render.render(write_still=True)
+        with Image.open(render.filepath) as picture:
+            return picture.size
+
+    yield size
+    bpy.utils.unregister_class(_Sizes)
+
+
+def test_render_regions_are_blenders(
+    scene: bpy.types.Scene, sizes: Callable[[], tuple[int, int]]
+) -> None:
+    """To the pixel, whatever share of a picture whose size is a share itself they are."""
+    add_camera(scene)
+    scene.camera = scene.objects["Camera"]
+    render = scene.render
+    rng = np.random.default_rng(3)
+    refused = 0
+    for _ in range(60):
+        render.use_border = render.use_crop_to_border = False
+        render.resolution_x, render.resolution_y = (int(n) for n in rng.integers(20, 200, 2))
+        # In floating point, 29 percent of 100 pixels are 28.999.
+        render.resolution_percentage = int(rng.choice([100, 29, 57, 58]))
+        width, height = render_size(scene)
+        parts = int(rng.integers(3, 20))
+        x, y = np.sort(rng.integers(0, parts + 1, (2, 2)), axis=1) / parts
+        render.border_min_x, render.border_max_x = x
+        render.border_min_y, render.border_max_y = y
+        render.use_border = render.use_crop_to_border = True
+        try:
+            region = read_render_region(render, width, height)
+        except InputError:
+            refused += 1
+            with pytest.raises(RuntimeError, match="too small"):
+                sizes()
+            continue
+        assert region is not None
+        assert sizes() == (region.right - region.left, region.top - region.bottom)
+    assert 0 < refused < 30
+
+
+def test_a_renders_size_is_blenders(
+    scene: bpy.types.Scene, sizes: Callable[[], tuple[int, int]]
+) -> None:
+    add_camera(scene)
+    scene.camera = scene.objects["Camera"]
+    scene.render.resolution_x, scene.render.resolution_y = 100, 50
+    for percentage in (29, 57, 58, 100):
+        scene.render.resolution_percentage = percentage
+        assert render_size(scene) == sizes()

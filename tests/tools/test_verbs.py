@@ -10,6 +10,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import bpy
 import numpy as np
 import pytest
 
@@ -90,6 +91,43 @@ def test_what_gives_no_light_is_neither_soloed_nor_muted(
     out = tmp_path / "out.exr"
     run = relume_here(*small("relight", scene, "--cache", cache, "--out", out, *words))
     assert_refused(run, said)
+
+
+def test_a_render_region_is_relit_alone(
+    baked: tuple[Path, Path], tmp_path: Path, relume_here: Run
+) -> None:
+    """As Blender does: nothing is around it, or the picture is the region."""
+    scene, cache = baked
+    region = tmp_path / "region.blend"
+    pictures = {}
+    for name in ("whole", "region", "crop"):
+        if name != "whole":
+            bpy.ops.wm.open_mainfile(filepath=str(scene))
+            render = bpy.context.scene.render
+            render.use_border, render.use_crop_to_border = True, name == "crop"
+            render.border_min_x, render.border_max_x = 0.25, 0.5
+            render.border_min_y, render.border_max_y = 0.5, 0.75
+            bpy.ops.wm.save_as_mainfile(filepath=str(region))
+        out, trust = tmp_path / f"{name}.exr", tmp_path / f"{name} trust.exr"
+        path = scene if name == "whole" else region
+        words = ("relight", path, "--cache", cache, "--out", out, "--confidence", trust, "--json")
+        run = relume_here(*small(*words))
+        assert run.returncode == 0, run.stderr
+        report = json.loads(run.stdout)
+        assert report["region"] == (None if name == "whole" else [12, 18, 24, 27])
+        pictures[name] = read_picture(out), read_picture(trust)
+        assert pictures[name][0].rgb.shape == (report["height"], report["width"], 3)
+    inside = (slice(18, 27), slice(12, 24))
+    for whole, part, crop in zip(*pictures.values(), strict=True):
+        assert crop.rgb.shape == (9, 12, 3)
+        np.testing.assert_array_equal(part.rgb[inside], crop.rgb)
+        # A floor under a light: the same rays, to float32's rounding.
+        np.testing.assert_allclose(crop.rgb, whole.rgb[inside], rtol=1e-3)
+        outside = part.rgb.copy()
+        outside[inside] = 0.0
+        assert outside.max() == 0.0
+    layer = pictures["crop"][0].extra["Key.R"]
+    np.testing.assert_allclose(layer, pictures["crop"][0].rgb[..., 0], rtol=1e-5)
 
 
 def test_a_light_that_is_switched_off_leaves_black(

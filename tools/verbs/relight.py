@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from . import arguments
 
 if TYPE_CHECKING:
     from addon.relight.layers.picture import Picture
+    from addon.scene.render_region import RenderRegion
 
 NAME = "relight"
 HELP = "Relight a camera's view of SCENE.blend from its cache, and write it as PNG or EXR."
@@ -84,15 +86,14 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     from addon.relight.edits.edits_file import applied_edits, read_edits
     from addon.relight.edits.surface_edits_file import NO_CHANGES, read_surface_changes
 
-    from ..confidence_table import write_confidence
-    from ..display import write_display_png
+    from ..confidence_table import NOTHING, write_confidence
     from ..filling import Filling
-    from ..picture_file import write_exr
     from ..relit import (
         cache_approximations,
         mixed,
         open_session,
         read_exposure_of,
+        read_region,
         read_scene,
         read_views,
         require_light,
@@ -108,7 +109,9 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     with applied_edits(scene, edits):
         arrays = mixed(read_scene(scene), args.solo, args.mute)
         view = read_views(scene, [args.camera], args.size)[0]
-        exposure = read_exposure_of(scene, view, arrays.geometry)
+        region = read_region(scene, view)
+        view = view if region is None else region.of(view)
+        exposure = read_exposure_of(scene, view, arrays.geometry, region)
     require_light(scene, arrays)
     shown = arrays.geometry
     surface_edits = changes.over(arrays.surface_edits, shown.material_names, shown.object_names)
@@ -130,19 +133,20 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         picture = session.render(part_of(progress, 0.6, 0.95))
     seconds = time.monotonic() - started
     progress(0.95, f"writing {args.out}")
-    if suffix == ".png":
-        write_display_png(scene, picture.combined, args.out)
-    else:
-        write_exr(args.out, picture.combined, _layers(picture))
+    width, height = _write(scene, picture, args.out, region)
     if args.confidence is not None:
-        write_confidence(args.confidence, session.confidence().read())
+        confidence = session.confidence().read()
+        if region is not None:
+            confidence = region.picture(confidence, NOTHING)
+        write_confidence(args.confidence, confidence)
     progress(1.0, f"wrote {args.out}")
     return {
         "image": str(args.out),
         "camera": view.name,
         "frame": int(scene.frame_current),
-        "width": view.width,
-        "height": view.height,
+        "width": width,
+        "height": height,
+        "region": None if region is None else region.edges,
         "samples": args.samples,
         "shadows": args.shadows,
         "lights": [light.name for light in arrays.lights],
@@ -159,8 +163,26 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
     }
 
 
+def _write(
+    scene: Any, picture: Picture, path: Path, region: RenderRegion | None
+) -> tuple[int, int]:
+    """Write a picture with its layers, or what it is a region of; its width and height."""
+    from ..display import write_display_png
+    from ..picture_file import write_exr
+
+    combined, layers = picture.combined, _layers(picture)
+    if region is not None:
+        combined = region.picture(combined)
+        layers = {name: region.picture(layer) for name, layer in layers.items()}
+    if path.suffix.lower() == ".png":
+        write_display_png(scene, combined, path)
+    else:
+        write_exr(path, combined, _channels(layers))
+    return combined.shape[1], combined.shape[0]
+
+
 def _layers(picture: Picture) -> dict[str, NDArray[np.float32]]:
-    """The channels of a picture's layers, as "Key.R" and "Key.diffuse.R"."""
+    """A picture's layers as an EXR names them, (H, W, 3): "Key" and "Key.diffuse"."""
     # A dot parts a layer from its channel, so that a layer's own name has none.
     exr_names = unique_names(name.replace(".", "_") for name in picture.layers)
     layers: dict[str, NDArray[np.float32]] = {}
@@ -168,6 +190,11 @@ def _layers(picture: Picture) -> dict[str, NDArray[np.float32]]:
         layers[exr_name] = layer
         for lobe, part in picture.lobes.get(name, {}).items():
             layers[f"{exr_name}.{lobe}"] = part
+    return layers
+
+
+def _channels(layers: Mapping[str, NDArray[np.float32]]) -> dict[str, NDArray[np.float32]]:
+    """The channels of layers, as "Key.R" and "Key.diffuse.R"."""
     return {
         f"{name}.{channel}": np.ascontiguousarray(pixels[..., i])
         for name, pixels in layers.items()

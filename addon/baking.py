@@ -14,8 +14,9 @@ from .caching.bake_settings import earlier_cache
 from .caching.edited_cameras import PLACEMENT_NAME, edited_cameras
 from .caching.fingerprint import read_state
 from .caching.frames import own_frame
+from .caching.manifest import Manifest
 from .caching.presets import PRESETS
-from .caching.store import CacheStore, Manifest
+from .caching.store import CacheStore
 from .camplace.camera import CachingCamera
 from .camplace.cameras_file import read_cameras
 from .camplace.place import place_cameras

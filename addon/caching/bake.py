@@ -23,11 +23,12 @@ from .carry import Carrier, numbered_materials, same_layout
 from .fingerprint import read_state
 from .frames import FramesBake
 from .linked_surfaces import local_stand_ins
+from .manifest import Manifest
 from .plan_report import value_notes
 from .presets import PRESETS, Preset
 from .scene_state import SceneState
 from .specialize import specialized
-from .store import CacheStore, Manifest
+from .store import CacheStore
 
 __all__ = ["BakeReport", "BakeSettings", "Preset", "bake_scene"]
 

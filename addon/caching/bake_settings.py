@@ -9,8 +9,10 @@ from typing import cast
 
 from ..errors import InputError
 from .carry import Carrier, is_same_scene
+from .manifest import Manifest
+from .manifest_file import MANIFEST_NAME
 from .presets import DEFAULT_PRESET, Preset
-from .store import MANIFEST_NAME, CacheStore, Manifest
+from .store import CacheStore
 from .surfaces import Surfaces
 
 

@@ -6,9 +6,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from functools import partial
 
+from .manifest import Manifest
 from .plan import ChannelPlan
 from .scene_state import SceneState
-from .store import CacheStore, Manifest
+from .store import CacheStore
 from .surfaces import Surfaces
 from .what_changed import ChangesInSight
 

@@ -87,7 +87,7 @@ class FramesBake:
         if not frames:
             return {}
         manifest = self.store.manifest
-        held = {number: self.store.first_name(number) for number in manifest.finished}
+        held = {number: self.store.manifest.first_name(number) for number in manifest.finished}
         looked = _Looked(first, held, frozenset(manifest.cut_out))
         frames = [frame for frame in frames if frame != first.frame]
         told: dict[int, list[int]] = {}

@@ -20,6 +20,11 @@ def sealed(values: Mapping[str, Any]) -> dict[str, Any]:
     return {**values, _KEY: _digest(values)}
 
 
+def has_seal(values: Mapping[str, Any]) -> bool:
+    """Whether there is one, be it right or wrong."""
+    return _KEY in values
+
+
 def is_sealed(values: Mapping[str, Any]) -> bool:
     """Whether the values have a seal and are what was sealed."""
     return values.get(_KEY) == _digest(values)

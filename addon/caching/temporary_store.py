@@ -23,7 +23,9 @@ from ..errors import InputError
 from ..whole_file import put_in_place
 from .frame_state import FramePicture
 from .framebuffer import DeepFramebuffer
-from .store import MANIFEST_NAME, CacheStore, Manifest
+from .manifest import Manifest
+from .manifest_file import MANIFEST_NAME
+from .store import CacheStore
 
 FOLDER_NAME = "temporary"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..caching.store import MANIFEST_NAME
+from ..caching.manifest_file import MANIFEST_NAME
 
 
 def cache_stamp(folder: Path, name: str = MANIFEST_NAME) -> int:

@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from ..caching.edited_cameras import PLACEMENT_NAME
+from ..caching.manifest_file import MANIFEST_NAME
 from ..caching.plan import ChannelPlan
 from ..caching.presets import PRESETS
-from ..caching.store import MANIFEST_NAME, CacheStore
+from ..caching.store import CacheStore
 from ..camplace.camera import CachingCamera
 from ..camplace.cameras_file import read_cameras
 from ..camplace.settings import RESOLUTIONS

@@ -30,8 +30,9 @@ import numpy as np
 
 from addon.caching.bake_settings import BakeSettings, prepare_store
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.manifest import Manifest
 from addon.caching.plan import ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 
 COUNT = 6
@@ -43,13 +44,15 @@ PLAN = ChannelPlan(("depth", "diffuse_color"), {"material_id": (1.0,)}, ("grey",
 WRITING = (
     str(Path("addon", "caching", "bake_settings.py")),
     str(Path("addon", "caching", "folder_lock.py")),
+    str(Path("addon", "caching", "manifest_file.py")),
     str(Path("addon", "caching", "store.py")),
+    str(Path("addon", "caching", "sweep.py")),
     str(Path("addon", "whole_file.py")),
     str(Path("pathlib", "_abc.py")),
 )
 COMPUTING = (
     *("to_json", "from_json", "continues", "<genexpr>", "<lambda>", "__init__"),
-    *("_holds", "_parts_of", "_path", "_read_parts", "_write_parts"),
+    *("_require_version", "camera_path", "picture_path"),
 )
 
 # Instead of a line.

@@ -15,8 +15,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from addon.caching.manifest_file import MANIFEST_NAME, SCHEMA_VERSION
 from addon.caching.manifest_seal import sealed
-from addon.caching.store import MANIFEST_NAME, SCHEMA_VERSION, CacheStore
+from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.ui.cache_stamp import cache_stamp
 
@@ -154,9 +155,9 @@ def test_a_number_that_was_changed_by_hand(cache: CacheStore) -> None:
         (b"[" * 100_000, "is damaged"),
         (b'{"schema": "relume-cache", "version": true}', "version"),
         (b'{"schema": "relume-cache", "version": "2"}', "version"),
-        (b'{"schema": "relume-cache", "version": 1}', "version 1"),
-        (b'{"schema": "relume-cache", "version": 99}', "update Relume"),
-        (f'{{"schema": "relume-cache", "version": {SCHEMA_VERSION}}}'.encode(), "is damaged"),
+        (b'{"schema": "relume-cache", "version": 1}', "is of an older version"),
+        (b'{"schema": "relume-cache", "version": 99}', "is of a newer version.*update Relume"),
+        (f'{{"schema": "relume-cache", "version": {SCHEMA_VERSION}}}'.encode(), "older than this"),
     ],
 )
 def test_manifests_that_are_none(cache: CacheStore, content: bytes, words: str) -> None:
@@ -186,12 +187,24 @@ def test_manifests_that_are_none(cache: CacheStore, content: bytes, words: str) 
     ],
 )
 def test_sealed_nonsense(cache: CacheStore, change: dict[str, object]) -> None:
-    """What no damage makes, but a program may."""
+    """What no damage makes, but a program may: Relume before, or after."""
     path = cache.folder / MANIFEST_NAME
     path.write_text(json.dumps(sealed(json.loads(path.read_text()) | change)))
-    with pytest.raises(InputError, match="is damaged") as caught:
+    with pytest.raises(InputError, match="another version of Relume") as caught:
         CacheStore.open(cache.folder)
-    one_line(caught.value)
+    one_line(caught.value, str(path), "bake the cache again")
+
+
+def test_a_cache_of_before_a_change_of_form(cache: CacheStore) -> None:
+    """It lacks what the manifest has since: nothing is damaged."""
+    path = cache.folder / MANIFEST_NAME
+    data = json.loads(path.read_text())
+    del data["surfaces"]
+    path.write_text(json.dumps(sealed(data)))
+    with pytest.raises(InputError, match="another version of Relume") as caught:
+        CacheStore.open(cache.folder)
+    one_line(caught.value, str(path), "bake the cache again")
+    assert "damaged" not in str(caught.value)
 
 
 def test_folders_in_the_place_of_files(cache: CacheStore) -> None:

@@ -21,7 +21,8 @@ import pytest
 
 from addon.caching.folder_lock import LOCK_NAME, locked
 from addon.caching.framebuffer import DeepFramebuffer
-from addon.caching.store import MANIFEST_NAME, CacheStore
+from addon.caching.manifest_file import MANIFEST_NAME
+from addon.caching.store import CacheStore
 from addon.errors import InputError
 
 from .killed_writer import COUNT, MANIFEST, begun, generation_of, picture

@@ -17,7 +17,8 @@ from pathlib import Path
 
 import pytest
 
-from addon.caching.store import MANIFEST_NAME, CacheStore
+from addon.caching.manifest_file import MANIFEST_NAME
+from addon.caching.store import CacheStore
 from addon.errors import InputError
 
 from .killed_writer import (

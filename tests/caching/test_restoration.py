@@ -193,7 +193,7 @@ PLACES = {
     "addon.caching.aov_render._set_up_cycles": 1,
     "addon.scene.world_reader.render_to": 1,
     "addon.scene.world_reader._set_up": 1,
-    "addon.caching.store._write_parts": 3,
+    "addon.caching.store.write_parts": 3,
     "addon.caching.store.CacheStore.write_manifest": 3,
     "addon.caching.specialize.plan_channels": 1,
     "addon.caching.specialize._instrument": 5,

@@ -17,8 +17,9 @@ import pytest
 from addon.caching.bake_settings import BakeSettings, prepare_store, preset_to_bake
 from addon.caching.carry import Carrier
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.manifest import Manifest
 from addon.caching.plan import ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
 

@@ -16,9 +16,11 @@ import pytest
 
 from addon.caching.channels import CHANNEL_BY_NAME
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.manifest import Manifest
+from addon.caching.manifest_file import SCHEMA_VERSION
 from addon.caching.manifest_seal import sealed
 from addon.caching.plan import Approximation, ChannelPlan
-from addon.caching.store import SCHEMA_VERSION, CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
 
@@ -169,9 +171,9 @@ def change_manifest(folder: Path, **changes: Any) -> None:
         ({"version": SCHEMA_VERSION + 1}, "update Relume"),
         ({"version": SCHEMA_VERSION - 1}, "bake the cache again"),
         ({"schema": "something else"}, "not a Relume cache"),
-        ({"cameras": [{"id": 1}]}, "is damaged"),
-        ({"plan": {"stored": ["colour of magic"]}}, "is damaged"),
-        ({"finished": []}, "is damaged"),
+        ({"cameras": [{"id": 1}]}, "another version of Relume"),
+        ({"plan": {"stored": ["colour of magic"]}}, "another version of Relume"),
+        ({"finished": []}, "another version of Relume"),
     ],
 )
 def test_unusable_manifests(cache: CacheStore, changes: dict[str, Any], message: str) -> None:

@@ -15,8 +15,9 @@ import pytest
 from addon.caching import temporary_store
 from addon.caching.frame_state import FrameState
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.manifest import Manifest
 from addon.caching.plan import ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.caching.temporary_store import TemporaryStore, discard_all
 from addon.errors import InputError
 from addon.progress import silent
@@ -99,7 +100,7 @@ def test_kept_cameras_leave_numbers_that_are_taken(cache: CacheStore) -> None:
 
 def test_a_frames_pictures_are_kept_with_the_frame(cache: CacheStore) -> None:
     other = FINGERPRINT[::-1]
-    cache.set_frame(7, FrameState(other, None, {0: cache.first_name(0)}))
+    cache.set_frame(7, FrameState(other, None, {0: cache.manifest.first_name(0)}))
     cache = CacheStore.open(cache.folder)
     at_frame = cache.showing(other, 7)
     temporary = TemporaryStore(at_frame)

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.caching.manifest import Manifest
 from addon.caching.plan import ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.errors import InputError
 from addon.scene.light import Light
 from tests import synthetic

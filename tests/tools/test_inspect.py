@@ -12,8 +12,9 @@ from PIL import Image
 
 from addon.caching.channels import CHANNEL_BY_NAME, CHANNELS
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.manifest import Manifest
 from addon.caching.plan import Approximation, ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from tests.tools.conftest import Run
 from tools.channel_picture import FAR, NOTHING, channel_picture

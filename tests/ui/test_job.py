@@ -18,8 +18,9 @@ import numpy as np
 import pytest
 
 from addon.caching.edited_cameras import PLACEMENT_NAME
+from addon.caching.manifest import Manifest
 from addon.caching.plan import ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.camplace.settings import PlacementSettings

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from addon.caching.fingerprint import scene_fingerprint
+from addon.caching.manifest import Manifest
 from addon.caching.plan import Approximation, ChannelPlan
-from addon.caching.store import CacheStore, Manifest
+from addon.caching.store import CacheStore
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
 from tests import synthetic

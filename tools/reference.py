@@ -12,7 +12,6 @@ reference after an edit needs only the edited lights anew.
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -24,6 +23,7 @@ from numpy.typing import NDArray
 
 from addon.progress import Progress, part_of
 from addon.scene.view_reader import read_view, render_size
+from addon.temporary_folder import TemporaryFolder
 
 from . import metrics
 from .comparison import DEPTH_CHANNEL, OBJECT_CHANNEL, PERSPECTIVE_HEADER, PIXEL_HEADER
@@ -210,8 +210,8 @@ def render_reference(
     groups = [group for group in light_groups() if known is None or set(group) & set(changed)]
     renders = ([()] if known is None else []) + groups
     layers: dict[tuple[str, ...], Halves] = dict(known.layers) if known is not None else {}
-    with tempfile.TemporaryDirectory() as folder, _only_these_lights(scene) as choose:
-        place = Path(folder) / "render.exr"
+    with TemporaryFolder() as folder, _only_these_lights(scene) as choose:
+        place = folder / "render.exr"
         for number, group in enumerate(renders):
             step = part_of(progress, number / (len(renders) + 1), (number + 1) / (len(renders) + 1))
             step(0.0, f"Cycles, {camera.name}: {', '.join(group) or 'without lights'}")

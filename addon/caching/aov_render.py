@@ -22,8 +22,9 @@ from numpy.typing import NDArray
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
-from ..scene.temporary_render import render_to, temporary_folder
+from ..scene.temporary_render import render_to
 from ..stopping import uninterrupted
+from ..temporary_folder import TemporaryFolder
 from .plan import ChannelPlan
 from .specialize import AOV_PREFIX
 
@@ -175,7 +176,7 @@ def staged(
     camera = bpy.data.objects.new("Relume caching camera", data)
     sky = _white_sky() if sky_rays else None
     try:
-        with temporary_folder() as folder:
+        with TemporaryFolder() as folder:
             path = folder / "deep.exr"
             stage.name = "Relume bake"
             stage.collection.objects.link(camera)

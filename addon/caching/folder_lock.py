@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
+
+from ..file_lock import lock, unlock
 
 LOCK_NAME = ".lock"
 
@@ -26,13 +27,13 @@ def locked(folder: Path) -> Iterator[None]:
     path = folder / LOCK_NAME
     while True:
         with path.open("ab") as file:
-            _lock(file)
+            lock(file)
             try:
                 if _is(file, path):
                     yield
                     return
             finally:
-                _unlock(file)
+                unlock(file)
 
 
 def _is(file: BinaryIO, path: Path) -> bool:
@@ -42,34 +43,3 @@ def _is(file: BinaryIO, path: Path) -> bool:
         return os.path.samestat(os.fstat(file.fileno()), path.stat())
     except FileNotFoundError:
         return False
-
-
-if sys.platform == "win32":
-    import msvcrt
-    import time
-
-    # There is no lock that waits for longer than ten tries.
-    _RETRY_SECONDS = 0.05
-
-    def _lock(file: BinaryIO) -> None:
-        while True:
-            try:
-                file.seek(0)
-                msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-            except PermissionError:
-                time.sleep(_RETRY_SECONDS)
-            else:
-                return
-
-    def _unlock(file: BinaryIO) -> None:
-        file.seek(0)
-        msvcrt.locking(file.fileno(), msvcrt.LK_UNLCK, 1)
-
-else:
-    import fcntl
-
-    def _lock(file: BinaryIO) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX)
-
-    def _unlock(file: BinaryIO) -> None:
-        fcntl.flock(file, fcntl.LOCK_UN)

@@ -18,9 +18,10 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..temporary_folder import TemporaryFolder
 from .light import Light
 from .light_nodes_reader import of_extent, of_world, stretch
-from .temporary_render import render_to, temporary_folder
+from .temporary_render import render_to
 from .written_light import take_out
 
 Pixels = NDArray[np.float64]
@@ -162,7 +163,7 @@ def light_stage(scene: Any, data: Any, light: Light, nodes: list[Any]) -> Iterat
         ball.location = place[:3, 3]
         stage.frame_set(scene.frame_current)
         _set_up(stage)
-        with temporary_folder() as folder:
+        with TemporaryFolder() as folder:
             yield LightStage(stage, ball, camera, lamp, folder)
     finally:
         bpy.data.scenes.remove(stage)

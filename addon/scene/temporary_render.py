@@ -4,33 +4,12 @@
 from __future__ import annotations
 
 import shutil
-import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import bpy
 
 from ..errors import InputError
 from ..stopping import uninterrupted
-
-
-@contextmanager
-def temporary_folder() -> Iterator[Path]:
-    """A new folder in the one for temporary files, removed at the end.
-
-    Raises:
-        InputError: none can be made there.
-    """
-    try:
-        folder = tempfile.TemporaryDirectory(prefix="relume-")
-    except OSError as error:
-        raise InputError(
-            f"no folder for temporary files can be made ({error.strerror or error}); free some "
-            "space, or name another place in the environment variable TMPDIR"
-        ) from error
-    with folder as name:
-        yield Path(name)
 
 
 def render_to(path: Path, least_bytes: int, what: str, **arguments: str) -> None:

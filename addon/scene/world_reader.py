@@ -11,8 +11,9 @@ import bpy
 import numpy as np
 from numpy.typing import NDArray
 
+from ..temporary_folder import TemporaryFolder
 from .node_reader import constant_color, constant_value, output_source
-from .temporary_render import render_to, temporary_folder
+from .temporary_render import render_to
 from .tree_lines_reader import tree_lines
 from .world import World
 
@@ -92,7 +93,7 @@ def render_world(scene: Any, height: int = PICTURE_HEIGHT) -> NDArray[np.float32
         camera_data.type = "PANO"
         camera_data.panorama_type = "EQUIRECTANGULAR"
         _set_up(stage, height)
-        with temporary_folder() as folder:
+        with TemporaryFolder() as folder:
             path = folder / "world.exr"
             stage.render.filepath = str(path)
             size = height * 2 * height * 3 * np.dtype(np.float32).itemsize

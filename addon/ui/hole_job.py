@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +10,7 @@ from typing import Any
 
 from ..camplace.camera import CachingCamera
 from ..camplace.cameras_file import write_cameras
+from ..temporary_folder import TemporaryFolder
 from ..writable import require_folder
 from . import job
 
@@ -32,9 +31,9 @@ class HoleJob:
     def __init__(self, scene: Any, cache: Path, cameras: Sequence[CachingCamera]) -> None:
         """Saves a copy of the open file: only where Blender's operators may run."""
         require_folder(cache)
-        self._folder = Path(tempfile.mkdtemp(prefix="relume-holes-"))
+        self._folder = TemporaryFolder()
         try:
-            path = self._folder / "cameras.json"
+            path = self._folder.path / "cameras.json"
             write_cameras(path, tuple(cameras))
             arguments = ["--cache", str(cache), "--cameras", str(path)]
             self._job = job.Job(LABEL, scene, cache, [("fill", arguments)])
@@ -81,7 +80,7 @@ class HoleJob:
         self._clean()
 
     def _clean(self) -> None:
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.remove()
 
 
 def current() -> HoleJob | None:

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +17,7 @@ from typing import Any
 import bpy
 
 from ..errors import InputError
+from ..temporary_folder import TemporaryFolder
 from ..writable import require_folder
 from .background_process import BackgroundProcess
 
@@ -59,8 +58,8 @@ class Job:
         self.error = ""
         self.done = False
         self._target = target
+        self._folder = TemporaryFolder()
         try:
-            self._folder = Path(tempfile.mkdtemp(prefix="relume-"))
             self._process = self._start(steps)
         except OSError as error:
             reason = error.strerror or str(error)
@@ -72,13 +71,13 @@ class Job:
     def _start(self, steps: Sequence[Step]) -> BackgroundProcess:
         """The child, at work on a copy; the folder goes if there is none."""
         try:
-            blend = save_copy(self._folder)
-            temporary = self._folder / "temporary"
+            blend = save_copy(self._folder.path)
+            temporary = self._folder.path / "temporary"
             temporary.mkdir()
             environment = os.environ | dict.fromkeys(_TEMPORARY, str(temporary))
             return BackgroundProcess(command(blend, steps), environment)
         except BaseException:
-            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder.remove()
             raise
 
     def advance(self) -> None:
@@ -113,7 +112,7 @@ class Job:
     def _finish(self) -> None:
         self.done = True
         self._process.stop()
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.remove()
         # What a stopped child was just writing; its number is in the temporary name.
         for part in self._target.rglob(f".*.{self._process.pid}.part"):
             part.unlink(missing_ok=True)

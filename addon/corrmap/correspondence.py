@@ -205,12 +205,18 @@ class GatherPass:
             material_table=self._pages.material_table,
             layout=self._pages.surface_layout,
             objects=visible.objects,
+            triangles=visible.seen_triangles,
         )
 
     def at(self, visible: VisibleSurface, surface: SurfaceBuffer) -> SurfaceBuffer:
         """Surfaces that were gathered elsewhere on the same, at the places that are seen: normals
         that the mesh gives are those there."""
-        placed = replace(surface, position=visible.position, geometric_normal=visible.normal)
+        placed = replace(
+            surface,
+            position=visible.position,
+            geometric_normal=visible.normal,
+            triangles=visible.seen_triangles,
+        )
         if not surface.layout.mesh_normals:
             return placed
         normal = visible.normal if self._normals is None else self._normals.draw(visible)

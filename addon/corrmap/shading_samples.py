@@ -229,7 +229,9 @@ class ShadingSamples:
                     np.concatenate(picture), "RGBA32F" if components == 4 else "RG32F"
                 )
             )
-        return VisibleSurface(whole[0], whole[1], own.eye, whole[2])
+        return VisibleSurface(
+            whole[0], whole[1], own.eye, whole[2], scene_triangle=own.scene_triangle
+        )
 
     def _hits(self, k: int) -> VisibleSurface:
         """Where the atlas' samples are shaded for sample k."""
@@ -248,7 +250,9 @@ class ShadingSamples:
             },
             {"hits": {"offset": self._looks.offset(k), "height": self._lists.lists.height}},
         )
-        return VisibleSurface(targets[0], targets[1], own.eye, targets[2])
+        return VisibleSurface(
+            targets[0], targets[1], own.eye, targets[2], scene_triangle=own.scene_triangle
+        )
 
     def _gather_next(self) -> None:
         hits = self._hits(self._gathered)

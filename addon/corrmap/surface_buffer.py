@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import Texture
+from .seen_triangles import SeenTriangles
 from .surface_layout import OBJECT_SAMPLER, SurfaceLayout
 
 
@@ -38,6 +39,7 @@ class SurfaceBuffer:
             where nobody asked for it.
         picture_height: how many of the rows are a picture, with neighbours side by side; None for
             all.
+        triangles: which triangles are seen; None where that is not known.
     """
 
     width: int
@@ -52,6 +54,7 @@ class SurfaceBuffer:
     layout: SurfaceLayout
     objects: Texture | None = None
     picture_height: int | None = None
+    triangles: SeenTriangles | None = None
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""

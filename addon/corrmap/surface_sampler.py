@@ -39,6 +39,7 @@ from .visible_surface import VisibleSurfacePass
 
 _BYTES_PER_RGBA32F = 16
 _BYTES_PER_R32F = 4
+_BYTES_PER_RG32F = 8
 
 # How far the eye may go from local space's origin, in widths of the nearest clip distance:
 # float32 then still has a thousandth of that distance for its spacing.
@@ -306,7 +307,8 @@ class SurfaceSampler:
         # Position, geometric normal, values, and the correspondence map once.
         textures = 3 + self.layout.texture_count
         pixels = view.width * view.height * len(self._samples)
-        kept = pixels * (textures * _BYTES_PER_RGBA32F + with_objects * _BYTES_PER_R32F)
+        numbers = _BYTES_PER_RG32F + with_objects * _BYTES_PER_R32F
+        kept = pixels * (textures * _BYTES_PER_RGBA32F + numbers)
         if kept < self._memory_budget:
             self._samples[index] = surface
         return surface

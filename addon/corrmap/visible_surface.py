@@ -12,12 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import PassShader, Texture, framebuffer, read_texture, texture_2d
+from ..glsl.shader import PassShader, Texture, framebuffer, texture_2d
 from ..scene.view import View
 from .geometry_buffer import GeometryBuffer, build_raster_program
 from .pixel_rays import RAY_BLOCK, clip_range, pixel_rays
 from .pose_table import POSE_SAMPLERS, upload_poses
-from .triangle_table import TABLE_SAMPLERS, TABLE_WIDTH
+from .seen_triangles import SeenTriangles, triangle_numbers
+from .triangle_table import TABLE_SAMPLERS
 
 # First which triangle each pixel sees, then its surface: what lies hidden costs no more than a
 # number, and nothing but positions has to pass through the vertex stage.
@@ -71,6 +72,7 @@ class VisibleSurface:
         triangles: RG32F, of the triangle's number n in the `GeometryBuffer`, 1 + n / 4096 rounded
             down and the rest, 0 and 0 for nothing.
         objects: R32F, 1 + object id (exact: fewer than 2^24), 0 for nothing; if asked for.
+        scene_triangle: `GeometryBuffer.scene_triangle`.
     """
 
     position: Texture
@@ -78,12 +80,20 @@ class VisibleSurface:
     eye: NDArray[np.float64]
     triangles: Texture
     objects: Texture | None = None
+    scene_triangle: NDArray[np.int64] | None = None
 
     def triangle_numbers(self) -> NDArray[np.int64]:
         """(H, W) each pixel's triangle by its number in the `GeometryBuffer`, -1 for nothing;
         `GeometryBuffer.scene_triangle` has the geometry's own number."""
-        high, low = np.moveaxis(read_texture(self.triangles).astype(np.int64), -1, 0)
-        return np.asarray(np.where(high > 0, (high - 1) * TABLE_WIDTH + low, -1))
+        return triangle_numbers(self.triangles)
+
+    @property
+    def seen_triangles(self) -> SeenTriangles | None:
+        """The triangles for `SurfaceBuffer`; None where it is not known what they are a number
+        of."""
+        if self.scene_triangle is None:
+            return None
+        return SeenTriangles(self.triangles, self.scene_triangle)
 
 
 class VisibleSurfacePass:
@@ -135,7 +145,7 @@ class VisibleSurfacePass:
             rays,
         )
         eye = local_eye(view, geometry.origin)
-        return VisibleSurface(position, normal, eye, triangles, objects)
+        return VisibleSurface(position, normal, eye, triangles, objects, geometry.scene_triangle)
 
     @property
     def origin(self) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from addon.glsl.shader import read_texture, texture_from_array
 from addon.relight.light_points.light_cells import SPOTS
 from addon.relight.light_points.light_sample import LightSample, light_sample
 from addon.relight.light_points.turned_disk import turned_way
-from addon.relight.shadows import traced_shadow
+from addon.relight.shadows.receivers import SeenReceivers
 from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
 from addon.scene.geometry import Cutout, SceneGeometry
 from addon.scene.light import Light
@@ -313,13 +313,13 @@ def test_a_layer_of_fewer_pixels() -> None:
 def test_receivers_are_found_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a sample of the view, also where it is laid out anew for edits of surfaces."""
     found: list[Any] = []
-    real = traced_shadow._find
+    real = SeenReceivers.of
 
     def counted(*given: Any) -> Any:
         found.append(given)
         return real(*given)
 
-    monkeypatch.setattr(traced_shadow, "_find", counted)
+    monkeypatch.setattr(SeenReceivers, "of", counted)
     xs = np.linspace(-1.0, 1.0, 5)
     buffer = surfaces(floor_points(xs, xs), UP).upload()
     shadows = TracedShadowPass(geometry_of([square(2.0, 0.0)]))

@@ -18,7 +18,8 @@ from ...glsl.shader import read_texture
 from ...scene.light import Light
 from ..light_points.light_sample import light_sample
 from ..lights.light_reach import ReachPass
-from .shadow_rays import LocalScene, ReceiverFinder, Receivers, ShadowRays
+from .receivers import Receivers, find_triangles, on_planes
+from .shadow_rays import LocalScene
 
 # About as many pixels of a view are looked at.
 _PLACES = 1000
@@ -44,7 +45,7 @@ class ReachedPlaces:
         self._stride = max(1, round(float(np.sqrt(pixels / _PLACES))))
         position = self._some(surface.position)
         self._seen = position[..., 3] > 0.0
-        self._local = position[self._seen, :3].astype(np.float64)
+        self._local = position[self._seen, :3]
         self._found: tuple[LocalScene, Receivers] | None = None
 
     @property
@@ -101,23 +102,27 @@ class ReachedPlaces:
         length = np.linalg.norm(way[:, :3], axis=1)
         limit = np.full(len(way), np.inf) if light.type == "SUN" else length * (1.0 - _SHORT)
         direction = way[:, :3] / np.where(length > 0.0, length, 1.0)[:, None]
-        return ~ShadowRays(scene, casters).blocked(start, direction, limit)
+        return ~scene.rays(casters).blocked(start, direction, limit)
 
     def _receivers(self, scene: LocalScene) -> Receivers:
         if self._found is None or self._found[0] is not scene:
-            eye, perspective = self._surface.eye, self._surface.perspective
-            finder = ReceiverFinder(scene)
-            self._found = (scene, finder.receivers(eye, perspective, self._local, self._normal))
+            triangles = self._surface.triangles
+            if triangles is None:
+                found = find_triangles(scene, self._surface, self._local, self._normal)
+            else:
+                found = self._sampled(triangles.read())[self._seen]
+            self._found = (scene, on_planes(scene, self._local, self._normal, found))
         return self._found[1]
 
     @cached_property
-    def _normal(self) -> NDArray[np.float64]:
-        normal = self._some(self._surface.geometric_normal)
-        return np.asarray(normal[self._seen, :3].astype(np.float64))
+    def _normal(self) -> NDArray[np.float32]:
+        return self._some(self._surface.geometric_normal)[self._seen, :3]
 
     def _some(self, texture: Any) -> NDArray[np.float32]:
+        return self._sampled(read_texture(texture))
+
+    def _sampled(self, pixels: NDArray[Any]) -> NDArray[Any]:
         """The texels that `surface_texel` in addon/glsl/lib/surface_texel.glsl reads."""
-        pixels = read_texture(texture)
         rows, columns = (
             np.minimum(np.arange(-(-n // self._stride)) * self._stride + self._stride // 2, n - 1)
             for n in pixels.shape[:2]

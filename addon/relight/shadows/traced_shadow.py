@@ -14,15 +14,17 @@ where the cell is seen in parts. Nothing is blurred: contact stays sharp.
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...camplace.embree_mesh import CHUNK
+from ...camplace.parallel import in_parts
 from ...corrmap.surface_buffer import SurfaceBuffer
-from ...glsl.shader import Texture, read_texture, texture_from_array
+from ...glsl.shader import Texture, texture_from_array
 from ...scene.geometry import SceneGeometry
 from ...scene.light import Light
 from ..light_points.light_cells import SPOTS
@@ -30,7 +32,8 @@ from ..light_points.light_sample import EmitterPoint, LightSample
 from ..light_points.turned_disk import turned_way
 from ..lights.light_reach import ReachPass
 from ..shading.shadow import ShadowKind
-from .shadow_rays import LIFT, LocalScene, ReceiverFinder, Receivers, ShadowRays
+from .receivers import SeenReceivers
+from .shadow_rays import LIFT, LocalScene, ShadowRays
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
 
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
@@ -40,7 +43,7 @@ _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS
 # at the point; the sum of the roundings of start, direction and length is a few spacings (1.2e-7).
 _SHORT_OF_LIGHT = 16.0 * float(np.finfo(np.float32).eps)
 
-# Bytes of main memory for what is known of views' samples, 72 for a pixel.
+# Bytes of main memory for what is known of views' samples, 57 for a pixel.
 _RECEIVER_BUDGET = 512 << 20
 
 
@@ -72,27 +75,8 @@ class TracedShadow:
         return {}
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """What one sample of a view sees, at N pixels.
-
-    Attributes:
-        surface: the sample.
-        rasterized: (N, 3) float32: the pixels' places as the shaders know them.
-        receivers: the same as rays need them.
-        number: (H, W) int32: which of the N a pixel is.
-    """
-
-    surface: SurfaceBuffer
-    rasterized: NDArray[np.float32]
-    receivers: Receivers
-    number: NDArray[np.int32]
-
-    @property
-    def nbytes(self) -> int:
-        each = self.receivers
-        arrays = (self.rasterized, each.place, each.normal, each.lift, self.number)
-        return sum(array.nbytes for array in arrays)
+# Where rays start, and to where they go from there: (R, 3) each.
+_Aim = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 class TracedShadowPass:
@@ -107,7 +91,7 @@ class TracedShadowPass:
         self._geometry = geometry
         self._scene: LocalScene | None = None
         self._reach = ReachPass() if reach is None else reach
-        self._seen: OrderedDict[int, _Seen] = OrderedDict()
+        self._seen: OrderedDict[int, SeenReceivers] = OrderedDict()
 
     def draw(
         self,
@@ -141,12 +125,12 @@ class TracedShadowPass:
             _texel(row, stride, surface.height), _texel(column, stride, surface.width)
         ]
         rays = _Rays(
-            ShadowRays(scene, casters),
+            scene.rays(casters),
             light,
             sample,
             seen=seen,
             number=number,
-            way=reach[row, column].astype(np.float64),
+            way=reach[row, column],
         )
         if len(sample.spots):
             place = PixelPlaces(row, column, reach.shape[:2], surface.picture_height)
@@ -164,12 +148,12 @@ class TracedShadowPass:
             self._seen.clear()
         return self._scene
 
-    def _seen_by(self, surface: SurfaceBuffer, scene: LocalScene) -> _Seen:
+    def _seen_by(self, surface: SurfaceBuffer, scene: LocalScene) -> SeenReceivers:
         """Kept for lights to come, by the texture of the sample's places: that stays the same where
         surfaces are edited or told their objects, and is kept, so that its id stays its own."""
         key = id(surface.position)
         if key not in self._seen:
-            self._seen[key] = _find(surface, ReceiverFinder(scene))
+            self._seen[key] = SeenReceivers.of(surface, scene)
             used = sum(seen.nbytes for seen in self._seen.values())
             while used > _RECEIVER_BUDGET and len(self._seen) > 1:
                 used -= self._seen.popitem(last=False)[1].nbytes
@@ -189,7 +173,7 @@ class _Rays:
         sample: its point or cell.
         seen: the sample of the view.
         number: (N,) which of its receivers the pixels are.
-        way: (N, 4) as of `ReachPass.draw`.
+        way: (N, 4) float32, as of `ReachPass.draw`.
     """
 
     def __init__(
@@ -198,25 +182,26 @@ class _Rays:
         light: Light,
         sample: LightSample,
         *,
-        seen: _Seen,
+        seen: SeenReceivers,
         number: NDArray[np.int32],
-        way: NDArray[np.float64],
+        way: NDArray[np.float32],
     ) -> None:
         self._rays, self._light, self._sample = shadow_rays, light, sample
-        self._origin = seen.surface.origin
-        receivers = seen.receivers
-        self._rasterized = seen.rasterized[number]
-        self._way = way[:, :3]
-        self._up = receivers.normal[number] * way[:, 3:]
-        self._start = receivers.place[number] + self._up * receivers.lift[number, None]
+        self._seen, self._number, self._way = seen, number, way
         self.count = 0
 
     def reach_point(self) -> NDArray[np.bool_]:
         """(N,) whether rays to the sample's point meet nothing."""
-        if self._light.type == "SUN":
-            return self._open(slice(None), self._way)
-        # The way was measured from where the surface was rasterized.
-        return self._open(slice(None), self._rasterized + self._way - self._start)
+
+        def aim(part: slice) -> _Aim:
+            start, _ = self._start(part)
+            way = self._way[part, :3].astype(np.float64)
+            if self._light.type != "SUN":
+                # The way was measured from where the surface was rasterized.
+                way += self._seen.rasterized[self._number[part]] - start
+            return start, way
+
+        return self._open(len(self._number), aim)
 
     def reach_spots(
         self, rows: NDArray[np.int64], spots: NDArray[np.int64]
@@ -230,28 +215,67 @@ class _Rays:
         Returns:
             (R,), (R,) whether it is open, and whether the spot is on the side that is lit.
         """
-        places, start = self._sample.spots[spots], self._start[rows]
-        if self._sample.per_receiver:
-            from_centre = start - (self._light.position - self._origin)
-            way = turned_way(self._light, from_centre, places[:, :2])
-        elif self._light.type == "SUN":
-            way = places
-        else:
-            way = places - self._origin - start
-        above = np.einsum("rx,rx->r", way, self._up[rows]) > 0.0
-        is_open = np.zeros(len(rows), dtype=np.bool_)
-        is_open[above] = self._open(rows[above], way[above])
-        return is_open, above
+        above = np.zeros(len(rows), dtype=np.bool_)
 
-    def _open(self, rows: NDArray[np.int64] | slice, way: NDArray[np.float64]) -> NDArray[np.bool_]:
-        start, sample = self._start[rows], self._sample
-        self.count += len(start)
+        def aim(part: slice) -> _Aim:
+            start, up = self._start(rows[part])
+            way = self._way_to_spots(start, spots[part])
+            above[part] = np.einsum("rx,rx->r", way, up) > 0.0
+            return start, way
+
+        is_open = self._open(len(rows), aim, above)
+        return is_open & above, above
+
+    def _start(
+        self, rows: NDArray[np.int64] | slice
+    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
+        """(R, 3), (R, 3) where rays of some of the pixels start, and which way is up there."""
+        receivers, number = self._seen.receivers, self._number[rows]
+        up = receivers.normal[number] * self._way[rows, 3:]
+        return receivers.place[number] + up * receivers.lift[number, None], up
+
+    def _way_to_spots(
+        self, start: NDArray[np.float64], spots: NDArray[np.int64]
+    ) -> NDArray[np.float64]:
+        """(R, 3) from (R, 3) places to a spot (R,) each."""
+        places, origin = self._sample.spots[spots], self._seen.surface.origin
+        if self._sample.per_receiver:
+            return turned_way(self._light, start - (self._light.position - origin), places[:, :2])
+        return places if self._light.type == "SUN" else places - origin - start
+
+    def _open(
+        self,
+        count: int,
+        aim: Callable[[slice], _Aim],
+        chosen: NDArray[np.bool_] | None = None,
+    ) -> NDArray[np.bool_]:
+        """(R,) whether each of `count` rays meets nothing, of those that are chosen (R,) once they
+        were aimed."""
+        is_open = np.zeros(count, dtype=np.bool_)
+
+        def work(part: slice) -> None:
+            start, way = aim(part)
+            if chosen is None:
+                is_open[part] = self._meets_nothing(start, way)
+            else:
+                some = np.flatnonzero(chosen[part])
+                is_open[part.start + some] = self._meets_nothing(start[some], way[some])
+
+        # All that is made of so many rays stays in the processor's cache.
+        in_parts(work, count, CHUNK)
+        self.count += count if chosen is None else int(np.count_nonzero(chosen))
+        return is_open
+
+    def _meets_nothing(
+        self, start: NDArray[np.float64], way: NDArray[np.float64]
+    ) -> NDArray[np.bool_]:
         if self._light.type == "SUN":
             return ~self._rays.blocked(start, way, np.full(len(way), np.inf))
-        length = np.linalg.norm(way, axis=1)
+        length = np.sqrt(np.einsum("rx,rx->r", way, way))
         limit = length * (1.0 - _SHORT_OF_LIGHT)
-        if sample.emitter is not None:
-            short = _before_emitter(sample.emitter, start + self._origin, way)
+        emitter = self._sample.emitter
+        if emitter is not None:
+            short = _before_emitter(emitter, start + self._seen.surface.origin, way)
             limit = np.maximum(limit - short, 0.0)
         direction = way / np.where(length > 0.0, length, 1.0)[:, None]
         return ~self._rays.blocked(start, direction, limit)
@@ -272,21 +296,6 @@ def _before_emitter(
     # As for where rays start, along a slanted ray; one along the triangle ends at its start.
     cosine = np.abs(way @ emitter.normal) / np.maximum(length, np.finfo(np.float64).tiny)
     return LIFT * reach / np.maximum(cosine, LIFT)
-
-
-def _find(surface: SurfaceBuffer, finder: ReceiverFinder) -> _Seen:
-    position = read_texture(surface.position)
-    normal = read_texture(surface.geometric_normal)
-    hit = position[..., 3] > 0.0
-    number = np.cumsum(hit, dtype=np.int32).reshape(hit.shape) - 1
-    places = position[hit][:, :3]
-    receivers = finder.receivers(
-        surface.eye,
-        surface.perspective,
-        places.astype(np.float64),
-        normal[hit][:, :3].astype(np.float64),
-    )
-    return _Seen(surface, places, receivers, number)
 
 
 def _texel(pixel: NDArray[np.int64], stride: int, size: int) -> NDArray[np.int64]:

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where rays start that leave the surfaces of a view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...camplace.parallel import in_parts
+from ...corrmap.surface_buffer import SurfaceBuffer
+from ...glsl.shader import read_texture
+from .shadow_rays import LIFT, LocalScene
+
+# A surface that is looked for lies within this share of its distance from the eye, and is turned
+# no more than this cosine from the normal that is known of it.
+_NEAR_SHARE = 1e-2
+_SAME_NORMAL = 0.99
+
+# Receivers at once: what numpy makes of them stays in the processor's cache.
+_PART = 1 << 14
+
+
+@dataclass(frozen=True)
+class Receivers:
+    """Points on surfaces, ready for rays to start from.
+
+    Attributes:
+        place: (N, 3) float64, local space: on their triangles' own planes.
+        normal: (N, 3) float32, unit: of their triangles, facing the viewer.
+        lift: (N,) float32, metres: how far above its plane a ray must start.
+    """
+
+    place: NDArray[np.float64]
+    normal: NDArray[np.float32]
+    lift: NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class SeenReceivers:
+    """What one sample of a view sees, at N pixels.
+
+    Attributes:
+        surface: the sample.
+        rasterized: (N, 3) float32: the pixels' places as the shaders know them.
+        receivers: the same as rays need them.
+        number: (H, W) int32: which of the N a pixel is; any where it sees nothing.
+        hit: (H, W) whether it sees a surface.
+    """
+
+    surface: SurfaceBuffer
+    rasterized: NDArray[np.float32]
+    receivers: Receivers
+    number: NDArray[np.int32]
+    hit: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, surface: SurfaceBuffer, scene: LocalScene) -> SeenReceivers:
+        """Of a sample of the view in a scene around the same origin."""
+        position = read_texture(surface.position)
+        hit = position[..., 3] > 0.0
+        number = np.cumsum(hit, dtype=np.int32).reshape(hit.shape) - np.int32(1)
+        places = position[hit][:, :3]
+        normal = read_texture(surface.geometric_normal)[hit][:, :3]
+        seen = surface.triangles
+        if seen is None:
+            triangle = find_triangles(scene, surface, places, normal)
+        else:
+            triangle = seen.read()[hit]
+        return cls(surface, places, on_planes(scene, places, normal, triangle), number, hit)
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of main memory."""
+        each = self.receivers
+        arrays = (self.rasterized, each.place, each.normal, each.lift, self.number, self.hit)
+        return sum(array.nbytes for array in arrays)
+
+
+def on_planes(
+    scene: LocalScene,
+    position: NDArray[np.float32],
+    normal: NDArray[np.float32],
+    triangle: NDArray[np.int64],
+) -> Receivers:
+    """Receivers on the planes of their triangles.
+
+    Rasterized positions are made in float32 and off their planes by some spacings.
+
+    Args:
+        scene: the triangles.
+        position: (N, 3) local space, as rasterized.
+        normal: (N, 3) unit geometric normals, facing the viewer.
+        triangle: (N,) by their numbers in the geometry. Where one isn't known (-1), or has no
+            plane to speak of, the pixel's own place and normal are all there is.
+    """
+    planes = scene.planes
+    place, facing = position.astype(np.float64), normal.copy()
+    lift = np.empty(len(position), dtype=np.float32)
+
+    def work(part: slice) -> None:
+        some, known, own = triangle[part], facing[part], place[part]
+        number = np.maximum(some, 0)
+        exact = planes.normal[number]
+        cosine = np.einsum("nx,nx->n", exact, known)
+        same = (some >= 0) & (np.abs(cosine) >= _SAME_NORMAL)
+        above = np.einsum("nx,nx->n", own, exact) - planes.offset[number]
+        own -= np.where(same, above, 0.0)[:, None] * exact
+        exact *= np.where(cosine < 0.0, np.float32(-1.0), np.float32(1.0))[:, None]
+        np.copyto(known, exact, where=same[:, None])
+        reach = np.abs(own).max(axis=1)
+        np.maximum(reach, planes.extent[number], out=reach, where=same)
+        lift[part] = LIFT * reach
+
+    in_parts(work, len(position), _PART)
+    return Receivers(place, facing, lift)
+
+
+def find_triangles(
+    scene: LocalScene,
+    surface: SurfaceBuffer,
+    position: NDArray[np.float32],
+    normal: NDArray[np.float32],
+) -> NDArray[np.int64]:
+    """(N,) the triangles that pixels see, by rays along theirs, of surfaces that nobody rasterized;
+    -1 where there is none.
+
+    Args:
+        scene: the triangles.
+        surface: from where it is seen.
+        position: (N, 3) local space.
+        normal: (N, 3) unit geometric normals, facing the viewer.
+    """
+    places = position.astype(np.float64)
+    to_eye = np.broadcast_to(surface.eye, places.shape)
+    if surface.perspective:
+        to_eye = to_eye - places
+    size = np.linalg.norm(to_eye, axis=1)
+    # How far surfaces are from the viewer gives the scale of "near" them.
+    scale = size if surface.perspective else np.abs(places).max(axis=1)
+    to_eye = to_eye / np.where(size > 0.0, size, 1.0)[:, None]
+    mesh = scene.mesh(scene.geometry.camera_visible)
+    triangle = np.full(len(places), -1, dtype=np.int64)
+    # From half way to the eye; where something that the view clips lies between, from near.
+    for share in (0.5, _NEAR_SHARE):
+        rest = np.flatnonzero(triangle < 0)
+        back = share * scale[rest]
+        hit, distance, _ = mesh.closest(
+            places[rest] + back[:, None] * to_eye[rest], -to_eye[rest], None
+        )
+        near = (hit >= 0) & (np.abs(distance - back) <= _NEAR_SHARE * scale[rest])
+        cosine = np.einsum("nx,nx->n", scene.geometry.normal_of(hit), normal[rest])
+        same = near & (np.abs(cosine) >= _SAME_NORMAL)
+        triangle[rest[same]] = hit[same]
+    return triangle

@@ -84,6 +84,8 @@ class SurfaceSampler:
         self._view: View | None = None
         self._samples: dict[int, SurfaceBuffer] = {}
         self._shading: ShadingSamples | None = None
+        # Visibility samples that were asked for.
+        self._visibility = 0
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
         self._exposure: Exposure | None = None
@@ -107,11 +109,33 @@ class SurfaceSampler:
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each thing that goes beyond what it may take, or that an edit of a
         surface cannot reach."""
+        short = self._short_lists()
+        excess = (*self._pages.warnings, *([short] if short else ()))
         if self._edits.is_neutral or self._edit_table is None:
-            return self._pages.warnings
+            return excess
         on = materials_on(self._geometry, self._edits.objects)
         limits = out_of_reach(self._plan, self._edits, self._edit_table.mean, on)
-        return (*self._pages.warnings, *limits)
+        return (*excess, *limits)
+
+    def _short_lists(self) -> str:
+        """What the view's pixels lack of the visibility samples that were asked for; "" for
+        nothing."""
+        if self._view is None or not self._visibility:
+            return ""
+        width, height = self._view.width, self._view.height
+        if not fits_lists(width, height):
+            return (
+                f"of {width}x{height} pixels no lists of shading samples can be made: edges are as "
+                "smooth as the samples of the lights alone make them; for smoother ones take more "
+                "samples, or render a region of the picture at a time"
+            )
+        found = self._visibility if self.lists is None else self.lists.lists.visibility
+        if found >= self._visibility:
+            return ""
+        return (
+            f"the pixels see so many surfaces that edges are made of {found} instead of "
+            f"{self._visibility} visibility samples; render a region of the picture at a time"
+        )
 
     @property
     def geometry(self) -> SceneGeometry:
@@ -254,7 +278,7 @@ class SurfaceSampler:
         """
         if self._view is None:
             raise RuntimeError("set a view before sampling it")
-        view = self._view
+        view, self._visibility = self._view, visibility
         if not visibility or not fits_lists(view.width, view.height):
             return False
         if self._shading is None:
@@ -341,6 +365,7 @@ class SurfaceSampler:
     def _forget(self) -> None:
         self._samples.clear()
         self._shading = None
+        self._visibility = 0
         self._correspondence = None
 
     def _is_far(self, view: View) -> bool:

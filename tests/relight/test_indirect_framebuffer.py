@@ -149,6 +149,42 @@ def test_a_single_sample_has_no_lists(room: Room) -> None:
     while session.step():
         pass
     assert session._sampler.lists is None
+    assert session.warnings == ()
+
+
+def test_pictures_that_are_too_large_for_lists_say_so(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are the mean of whole pictures, one for each sample of the lights."""
+    brute = open_session(room, 3, 0)
+    large = open_session(room, 3, VISIBILITY)
+    for session in (brute, large):
+        session.set_lights([KEY])
+    height, width = (brute._view.height, brute._view.width)
+    with monkeypatch.context() as patch:
+        patch.setattr("addon.corrmap.shading_samples._MOST", 2 * width * height)
+        np.testing.assert_array_equal(large.render().combined, brute.render().combined)
+        (said,) = large.warnings
+    assert f"{width}x{height} pixels" in said
+    assert "render a region" in said
+    assert brute.warnings == ()
+    # Another view may have its lists.
+    large.set_view(replace(brute._view, name="Another"))
+    large.set_view(brute._view.region(0, 0, width // 2, height))
+    assert large.warnings == ()
+    large.render()
+    assert large.warnings == ()
+
+
+def test_lists_that_are_cut_short_say_so(room: Room, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = open_session(room, 2, VISIBILITY)
+    session.set_lights([KEY])
+    monkeypatch.setattr("addon.corrmap.shading_samples._MOST_ENTRIES", 1)
+    session.render()
+    count = session._sampler.lists.lists.visibility
+    assert 1 < count < VISIBILITY
+    (said,) = session.warnings
+    assert f"{count} instead of {VISIBILITY}" in said
 
 
 def test_linked_objects_are_known_in_the_atlas(room: Room) -> None:

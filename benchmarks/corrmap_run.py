@@ -126,6 +126,9 @@ def timed_passes(fence: Any) -> Iterator[dict[str, list[float]]]:
         def timed(self: Any, *args: Any, **options: Any) -> Any:
             before, started = inside[0], time.perf_counter()
             result = draw(self, *args, **options)
+            if name == "visible surface" and result is None:
+                # Left to the rasterizer.
+                return None
             fence.wait(drawn(result, *args))
             took = time.perf_counter() - started
             # What it caused to be drawn has its own time.
@@ -141,6 +144,7 @@ def timed_passes(fence: Any) -> Iterator[dict[str, list[float]]]:
 
     passes: list[tuple[type, str, str, Callable[..., Any]]] = [
         (VisibleSurfacePass, "draw", "visible surface", lambda result, *_: result.position),
+        (VisibleSurfacePass, "draw_traced", "visible surface", lambda result, *_: result.position),
         (CorrespondencePass, "draw", "correspondence", lambda result, *_: result.texture),
         (GatherPass, "draw", "gather", lambda result, *_: result.geometric_normal),
         (LayerDrawing, "light", "lights", lambda _, _light, layer, *__: layer.textures[0]),

@@ -59,6 +59,23 @@ class EmbreeMesh:
         in_parts(ask, len(origins), CHUNK)
         return blocked
 
+    def first(
+        self, origins: NDArray[np.float64], directions: NDArray[np.float64], limit: float
+    ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
+        """Triangle (R,), -1 for none, and distance (R,) in lengths of (R, 3) directions; on the
+        caller's thread."""
+        if self._scene is None:
+            return np.full(len(origins), -1, np.int32), np.zeros(len(origins), np.float32)
+        answer = self._scene.run(
+            origins.astype(np.float32),
+            directions.astype(np.float32),
+            dists=np.full(len(origins), min(limit, np.finfo(np.float32).max), np.float32),
+            query="INTERSECT",
+            output=1,
+        )
+        met = answer["primID"] >= 0
+        return np.where(met, self._index[answer["primID"]], np.int32(-1)), answer["tfar"]
+
     def closest(
         self,
         origins: NDArray[np.float64],

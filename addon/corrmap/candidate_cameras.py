@@ -33,6 +33,8 @@ from .visible_surface import VisibleSurface
 # A tile has so many pixels along a side, as a power of two.
 TILE_BITS = 3
 
+_TILE_DEFINE = ("TILE_BITS", str(TILE_BITS))
+
 # Each list has eighteen cameras, three to a texel of each of six textures, as many as a pass can
 # draw to. What more lists would name is tried only where no camera of these sees the pixel well.
 LISTS = 2
@@ -64,13 +66,28 @@ class CandidateCameras:
     lists: tuple[Texture, ...]
 
     def textures(self) -> dict[str, Texture]:
-        """By the names in `CANDIDATE_SAMPLERS`."""
+        """By the names in `candidate_samplers`."""
         return {f"candidates_{i}": texture for i, texture in enumerate(self.lists)}
 
 
-# What a pass declares that includes candidate_cameras.glsl.
-CANDIDATE_SAMPLERS: Samplers = tuple((f"candidates_{i}", "FLOAT_2D") for i in range(LISTS))
-CANDIDATE_DEFINES = (("TILE_BITS", str(TILE_BITS)), ("CANDIDATE_LISTS", str(LISTS)))
+# What a pass declares that includes candidate_cameras.glsl, with so many lists.
+def candidate_samplers(lists: int) -> Samplers:
+    """Its samplers."""
+    return tuple((f"candidates_{i}", "FLOAT_2D") for i in range(lists))
+
+
+def candidate_defines(lists: int) -> tuple[tuple[str, str], ...]:
+    """Its defines."""
+    return (
+        _TILE_DEFINE,
+        ("CANDIDATE_LISTS", str(lists)),
+        ("CANDIDATES", str(LIST_LENGTH)),
+    )
+
+
+def list_count(cameras: int) -> int:
+    """How many lists so many cameras need."""
+    return min(LISTS, -(-cameras // LIST_LENGTH))
 
 
 class CandidatePass:
@@ -79,14 +96,21 @@ class CandidatePass:
     Args:
         defines: `TilePages.defines`.
         depth_samplers: `TilePages.depth_samplers`.
+        lists: how many to make, see `list_count`.
     """
 
-    def __init__(self, defines: tuple[tuple[str, str], ...], depth_samplers: Samplers) -> None:
+    def __init__(
+        self,
+        defines: tuple[tuple[str, str], ...],
+        depth_samplers: Samplers,
+        lists: int = LISTS,
+    ) -> None:
+        self._lists = lists
         self._bounds = PassShader(
             name="tile_bounds",
             fragment="tile_bounds",
             library=("tolerances", "tile_box"),
-            defines=CANDIDATE_DEFINES,
+            defines=(_TILE_DEFINE,),
             blocks=(_VIEWER_BLOCK,),
             samplers=(("visible_position", "FLOAT_2D"), ("visible_normal", "FLOAT_2D")),
             outputs=tuple(("VEC4", name) for name in _TILE_NAMES),
@@ -125,7 +149,7 @@ class CandidatePass:
         )
         textures = {**dict(zip(_TILE_NAMES, bounds, strict=True)), **cameras}
         lists: list[Texture] = []
-        for number in range(LISTS):
+        for number in range(self._lists):
             parts = [texture_2d(width, height) for _ in range(_PARTS)]
             program = self._later if number else self._first
             program.draw_fullscreen(framebuffer(parts), textures, {})

@@ -28,7 +28,12 @@ from ..glsl.shader import (
     texture_2d,
 )
 from .camera_table import CAMERA_SAMPLERS, camera_table
-from .candidate_cameras import CANDIDATE_DEFINES, CANDIDATE_SAMPLERS, CandidatePass
+from .candidate_cameras import (
+    CandidatePass,
+    candidate_defines,
+    candidate_samplers,
+    list_count,
+)
 from .shading_normals import MeshNormalPass, ShadingNormalPass
 from .surface_buffer import SurfaceBuffer
 from .tile_pages import TilePages
@@ -79,19 +84,20 @@ class CorrespondencePass:
         self._pages = pages
         self._cameras = camera_table(pages.cameras, pages.numbers, origin)
         listed = len(pages.cameras) > tried_all
+        lists = list_count(len(pages.cameras))
         self._candidates = (
-            CandidatePass(pages.defines, pages.depth_samplers) if listed else None
-        )  # fmt: skip
+            CandidatePass(pages.defines, pages.depth_samplers, lists) if listed else None
+        )
         self._program = PassShader(
             name="correspondence",
             fragment="correspondence",
             library=(*_LIBRARY, "camera_score", *(("candidate_cameras",) if listed else ())),
-            defines=(*pages.defines, *(CANDIDATE_DEFINES if listed else ())),
+            defines=(*pages.defines, *(candidate_defines(lists) if listed else ())),
             samplers=(
                 *_VISIBLE_SAMPLERS,
                 *CAMERA_SAMPLERS,
                 *pages.depth_samplers,
-                *(CANDIDATE_SAMPLERS if listed else ()),
+                *(candidate_samplers(lists) if listed else ()),
             ),
             outputs=(("VEC4", "correspondence"),),
         ).build()

@@ -27,6 +27,7 @@ from .correspondence import (
     measure_coverage,
 )
 from .geometry_buffer import GeometryBuffer
+from .local_scene import LocalScene
 from .pixel_list_pass import PixelListTextures
 from .shading_normals import ShadingNormalPass
 from .shading_samples import ShadingSamples, fits_lists
@@ -34,8 +35,9 @@ from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
 from .tile_pages import CACHE_BUDGET, TilePages, upload_tiles
+from .traced_triangles import TrianglesByRay
 from .view_looks import ViewLooks
-from .visible_surface import VisibleSurfacePass
+from .visible_surface import VisibleSurface, VisibleSurfacePass, local_eye
 
 _BYTES_PER_RGBA32F = 16
 _BYTES_PER_R32F = 4
@@ -88,6 +90,8 @@ class SurfaceSampler:
         self._visibility = 0
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
+        self._local_scene: LocalScene | None = None
+        self._by_ray: TrianglesByRay | None = None
         self._exposure: Exposure | None = None
         self._edits = NO_EDITS
         self._edit_table: SurfaceEditTable | None = None
@@ -153,6 +157,19 @@ class SurfaceSampler:
             raise RuntimeError("set a view first: local space lies at its camera")
         return self._buffer
 
+    @property
+    def local_scene(self) -> LocalScene:
+        """The triangles for rays, in the space of `geometry_buffer`.
+
+        Raises:
+            RuntimeError: no view was set yet.
+        """
+        buffer = self.geometry_buffer
+        if self._local_scene is None:
+            self._local_scene = LocalScene(self._geometry, buffer.origin)
+            self._by_ray = TrianglesByRay(buffer, self._local_scene)
+        return self._local_scene
+
     def set_geometry(self, geometry: SceneGeometry) -> None:
         """Show other triangles through the same cache; the view must be set again."""
         number = {name: index for index, name in enumerate(self._plan.material_names)}
@@ -169,7 +186,7 @@ class SurfaceSampler:
                 for cutout in geometry.cutouts
             ),
         )
-        self._buffer = None
+        self._buffer = self._local_scene = self._by_ray = None
         self._view = None
         self._exposure = None
         self._forget()
@@ -321,7 +338,7 @@ class SurfaceSampler:
 
     def _gathered(self, index: int, view: View, with_objects: bool) -> SurfaceBuffer:
         """A sample as the cache has it, kept if there is room."""
-        visible = self.looks.visible(index, with_objects=with_objects)
+        visible = self._visible(index, view, with_objects)
         correspondence = self._correspondence_pass.draw(visible)
         if self._pages.is_paged:
             self._pages.bring(correspondence.read())
@@ -336,6 +353,18 @@ class SurfaceSampler:
         if kept < self._memory_budget:
             self._samples[index] = surface
         return surface
+
+    def _visible(self, index: int, view: View, with_objects: bool) -> VisibleSurface:
+        """What a sample sees. The first picture of a view, which stays for a moment, need not be
+        that of the rasterizer where rays are faster."""
+        sample = self.looks.sample(index)
+        if index == 0 and sample.moved is None and self._by_ray is not None:
+            seen = self._visible_pass.draw_traced(
+                sample.view, sample.offset, self._by_ray, with_objects=with_objects
+            )
+            if seen is not None:
+                return replace(seen, eye=local_eye(view, self._visible_pass.origin))
+        return self.looks.visible(index, with_objects=with_objects)
 
     def correspondence(self) -> CorrespondenceMap:
         """The correspondence map at the pixels' centres."""
@@ -378,6 +407,7 @@ class SurfaceSampler:
     def _build(self, view: View) -> None:
         # Local space has its origin at the view, where precision matters most.
         self._buffer = GeometryBuffer(self._geometry, view.origin)
+        self._local_scene = self._by_ray = None
         self._visible_pass = VisibleSurfacePass(self._buffer)
         self._search(self._buffer)
 

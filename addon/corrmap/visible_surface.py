@@ -8,6 +8,7 @@ normal and material themselves, which costs nothing more and loses no precision.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from .geometry_buffer import GeometryBuffer, build_raster_program
 from .pixel_rays import RAY_BLOCK, clip_range, pixel_rays
 from .pose_table import POSE_SAMPLERS, upload_poses
 from .seen_triangles import SeenTriangles, triangle_numbers
+from .traced_triangles import TrianglesByRay
 from .triangle_table import TABLE_SAMPLERS
 
 # First which triangle each pixel sees, then its surface: what lies hidden costs no more than a
@@ -47,11 +49,15 @@ _PASS = PassShader(
     ),
     outputs=(("VEC4", "visible_position"), ("VEC4", "visible_normal")),
 )
-_PASS_WITH_OBJECTS = replace(
+_TRACED_PASS = replace(
     _PASS,
-    name="visible_surface_object",
-    outputs=(*_PASS.outputs, ("FLOAT", "visible_object")),
-    defines=(("HAS_OBJECT_ID", "1"),),
+    name="visible_surface_traced",
+    samplers=(
+        ("visible_triangle", "FLOAT_2D"),
+        ("visible_depth", "FLOAT_2D"),
+        *TABLE_SAMPLERS,
+    ),
+    defines=(("HAS_TRACED_DEPTH", "1"),),
 )
 
 # A triangle that reaches behind the viewer is clipped at the near plane, and 1 / w interpolated
@@ -128,21 +134,53 @@ class VisibleSurfacePass:
             has_poses=moved is not None,
         )
         poses = {} if moved is None else {"pose_table": upload_poses(moved, geometry.origin)}
-        rays = {"ray": pixel_rays(view, geometry.origin, geometry.bounds, offset)}
+        rays = pixel_rays(view, geometry.origin, geometry.bounds, offset)
         with target.bind():
             target.clear(color=(0.0, 0.0, 0.0, 0.0), depth=1.0)
             matrix = clip_from_local(view, geometry.origin, offset)
-            geometry.draw(program, matrix, "camera", poses, rays)
-        position, normal = texture_2d(width, height), texture_2d(width, height)
-        objects = texture_2d(width, height, "R32F") if with_objects else None
-        resolve = _PASS_WITH_OBJECTS if with_objects else _PASS
-        if moved is not None:
-            resolve = _with_poses(resolve)
+            geometry.draw(program, matrix, "camera", poses, {"ray": rays})
+        resolve = _PASS if moved is None else _with_poses(_PASS)
+        return self._resolve(
+            resolve, view, rays, (triangles, depth), poses, with_objects=with_objects
+        )
+
+    def draw_traced(
+        self,
+        view: View,
+        offset: tuple[float, float],
+        by_ray: TrianglesByRay,
+        *,
+        with_objects: bool = False,
+    ) -> VisibleSurface | None:
+        """The same by rays, where that is faster and as exact: but for pixels at outlines all is
+        equal. None where it is not."""
+        if not by_ray.pays or self._needs_exact_depth(view):
+            return None
+        rays = pixel_rays(view, self._geometry.origin, self._geometry.bounds, offset)
+        found = by_ray.find(view, rays)
+        seen = (found.triangles, found.depth)
+        return self._resolve(_TRACED_PASS, view, rays, seen, {}, with_objects=with_objects)
+
+    def _resolve(
+        self,
+        resolve: PassShader,
+        view: View,
+        rays: dict[str, Any],
+        seen: tuple[Texture, Texture],
+        poses: dict[str, Texture],
+        *,
+        with_objects: bool,
+    ) -> VisibleSurface:
+        """The surfaces of triangles that are seen, at depths."""
+        geometry, size = self._geometry, (view.width, view.height)
+        position, normal = texture_2d(*size), texture_2d(*size)
+        objects = texture_2d(*size, "R32F") if with_objects else None
+        triangles, depth = seen
         tables = geometry.table.textures()
-        resolve.build().draw_fullscreen(
+        (resolve if objects is None else _with_objects(resolve)).build().draw_fullscreen(
             framebuffer([position, normal] if objects is None else [position, normal, objects]),
             {"visible_triangle": triangles, "visible_depth": depth, **tables, **poses},
-            rays,
+            {"ray": rays},
         )
         eye = local_eye(view, geometry.origin)
         return VisibleSurface(position, normal, eye, triangles, objects, geometry.scene_triangle)
@@ -159,6 +197,16 @@ class VisibleSurfacePass:
         farthest = np.abs(self._geometry.bounds - view.origin).max(axis=0)
         near, _ = clip_range(view)
         return bool(np.linalg.norm(farthest) > _FARTHEST_INTERPOLATED * near)
+
+
+def _with_objects(description: PassShader) -> PassShader:
+    """The pass that also says which object is seen."""
+    return replace(
+        description,
+        name=f"{description.name}_object",
+        outputs=(*description.outputs, ("FLOAT", "visible_object")),
+        defines=(*description.defines, ("HAS_OBJECT_ID", "1")),
+    )
 
 
 def _with_poses(description: PassShader) -> PassShader:

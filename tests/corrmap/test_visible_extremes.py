@@ -35,15 +35,28 @@ def check(
     origin: NDArray[np.float64] | None = None,
     offset: tuple[float, float] = (0.0, 0.0),
     pixels: float = 1.0 / 128.0,
+    traced: bool = False,
 ) -> NDArray[np.int64]:
     """Compare the view's pixels farther than `pixels` from outlines; gives the triangles seen."""
     from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.local_scene import LocalScene
+    from addon.corrmap.traced_triangles import TrianglesByRay
     from addon.corrmap.visible_surface import VisibleSurfacePass
     from addon.glsl.shader import read_texture
 
     origin = view.origin if origin is None else origin
     buffer = GeometryBuffer(geometry, origin)
-    drawn = VisibleSurfacePass(buffer).draw(view, offset, with_objects=True)
+    surfaces = VisibleSurfacePass(buffer)
+    if traced:
+        scene = LocalScene(geometry, origin)
+        by_ray = TrianglesByRay(buffer, scene, 0, software=True)
+        assert surfaces.draw_traced(view, offset, by_ray) is None, "nobody asked for a tree"
+        scene.mesh(geometry.camera_visible)
+        found_by_ray = surfaces.draw_traced(view, offset, by_ray, with_objects=True)
+        assert found_by_ray is not None
+        drawn = found_by_ray
+    else:
+        drawn = surfaces.draw(view, offset, with_objects=True)
     number = drawn.triangle_numbers().ravel()
     triangle = np.where(number >= 0, buffer.scene_triangle[number], -1)
     found = read_texture(drawn.position).reshape(-1, 4).astype(np.float64)
@@ -81,6 +94,17 @@ def room_view(scale: float, offset: NDArray[np.float64], near: float, far: float
     )
 
 
+def parallel_view(scale: float, near: float, reach: float) -> View:
+    width = 6.0 * scale
+    clip_from_camera = np.diag([2.0 / width, 3.0 / width, 0.0, 1.0])
+    far = reach * scale
+    clip_from_camera[2, 2:] = np.array([-2.0, -(far + near * scale)]) / (far - near * scale)
+    return View(
+        synthetic.looking_at(np.array([-1.5, -1.2, 1.1]) * scale, (0, 0, -0.6 * scale)),
+        clip_from_camera, WIDTH, HEIGHT, perspective=False,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 1e5])
 @pytest.mark.parametrize("clips", [(1e-2, 1e2), (1e-4, 1e7)])
@@ -92,6 +116,65 @@ def test_sizes_places_and_clips(
     near, far = clips[0] * scale, clips[1] * scale
     triangles = check(geometry, room_view(scale, place, near, far), (near, far))
     assert len(np.unique(triangles)) > 5
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e6])
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e5])
+def test_by_rays(gpu_context: None, scale: float, offset: float) -> None:
+    """What is traced in the place of being rasterized: the same places, shifted pictures and
+    samples beside the pixels' centres too, clips that cut the room, and from where local space does
+    not have its origin."""
+    place = np.array([offset, -offset, offset])
+    geometry = synthetic.room_with_box(scale, place)
+    near, far = 0.5 * scale, 3.4 * scale
+    view = room_view(scale, place, near, far)
+    picture = np.eye(4)
+    picture[1, 1] = 1.7
+    picture[:2, 3] = 0.6, -0.3
+    view = replace(view, clip_from_camera=picture @ view.clip_from_camera)
+    triangles = check(geometry, view, (near, far), offset=(0.37, -0.21), traced=True)
+    assert (triangles < 0).any()
+    assert len(np.unique(triangles)) > 4
+    origin = view.origin + scale * np.array([3.0, 2.0, -1.0])
+    check(geometry, view, (near, far), origin=origin, traced=True)
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 1e5])
+@pytest.mark.parametrize("near", [0.01, -1e2])
+def test_parallel_by_rays(gpu_context: None, scale: float, near: float) -> None:
+    check(
+        synthetic.room_with_box(scale),
+        parallel_view(scale, near, 1e2),
+        (near * scale, 1e2 * scale),
+        traced=True,
+    )
+
+
+@pytest.mark.parametrize("degrees", [1.0, 170.0])
+def test_fields_of_view_by_rays(gpu_context: None, degrees: float) -> None:
+    view = synthetic.perspective_view(
+        synthetic.looking_at((-1.5, -1.2, 1.1), (0.3, 0.2, -0.6)),
+        WIDTH, HEIGHT, float(np.radians(degrees)), near=1e-3, far=1e2,
+    )  # fmt: skip
+    check(synthetic.room_with_box(), view, (1e-3, 1e2), traced=True)
+
+
+def test_what_rays_are_left_out_for(gpu_context: None) -> None:
+    """A GPU, few triangles, and a far end that float32 would not resolve."""
+    from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.local_scene import LocalScene
+    from addon.corrmap.traced_triangles import TrianglesByRay
+    from addon.corrmap.visible_surface import VisibleSurfacePass
+
+    geometry = synthetic.room_with_box()
+    buffer, scene = GeometryBuffer(geometry, np.zeros(3)), LocalScene(geometry, np.zeros(3))
+    scene.mesh(geometry.camera_visible)
+    assert not TrianglesByRay(buffer, scene, 0, software=False).pays
+    assert not TrianglesByRay(buffer, scene, len(geometry) + 1, software=True).pays
+    serves = TrianglesByRay(buffer, scene, len(geometry), software=True)
+    assert serves.pays
+    close = room_view(1.0, np.zeros(3), 1e-4, 1e2)
+    assert VisibleSurfacePass(buffer).draw_traced(close, (0.0, 0.0), serves) is None
 
 
 @pytest.mark.parametrize("degrees", [1.0, 20.0, 120.0, 170.0])
@@ -121,15 +204,8 @@ def test_shift_and_pixels_that_are_not_square(gpu_context: None) -> None:
 def test_parallel_projections(gpu_context: None, scale: float, reach: float) -> None:
     """Also with the near plane behind the camera, as viewports have it."""
     for near in (0.01, -reach):
-        width = 6.0 * scale
-        clip_from_camera = np.diag([2.0 / width, 3.0 / width, 0.0, 1.0])
-        far = reach * scale
-        clip_from_camera[2, 2:] = np.array([-2.0, -(far + near * scale)]) / (far - near * scale)
-        view = View(
-            synthetic.looking_at(np.array([-1.5, -1.2, 1.1]) * scale, (0, 0, -0.6 * scale)),
-            clip_from_camera, WIDTH, HEIGHT, perspective=False,
-        )  # fmt: skip
-        check(synthetic.room_with_box(scale), view, (near * scale, far))
+        view = parallel_view(scale, near, reach)
+        check(synthetic.room_with_box(scale), view, (near * scale, reach * scale))
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1.0, 1e2, 1e4, 1e6])

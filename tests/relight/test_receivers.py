@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
+from addon.corrmap.local_scene import LocalScene, TrianglePlanes
 from addon.corrmap.visible_surface import VisibleSurfacePass
 from addon.relight.shadows.receivers import SeenReceivers, find_triangles
-from addon.relight.shadows.shadow_rays import LocalScene, TrianglePlanes
 from tests import synthetic
 from tests.reference.surfaces import surfaces
 

@@ -14,6 +14,7 @@ from addon.glsl.shader import read_texture, texture_from_array
 from addon.relight.light_points.light_cells import SPOTS
 from addon.relight.light_points.light_sample import LightSample, light_sample
 from addon.relight.light_points.turned_disk import turned_way
+from addon.relight.shading.picture_tiles import PictureTiles
 from addon.relight.shadows.receivers import SeenReceivers
 from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
 from addon.scene.geometry import Cutout, SceneGeometry
@@ -400,7 +401,8 @@ def test_highlights_by_their_own_spots(kind: Literal["AREA", "SUN", "POINT"]) ->
     rng = np.random.default_rng(1)
     opened = rng.random((*surface.position.shape[:2], SPOTS)) < rng.random((48, 48, 1)).round(1)
     bits = (opened @ (1 << np.arange(SPOTS))).astype(np.float32)[..., None]
-    shadow = TracedShadow(texture_from_array(bits, "R32F"), 0)
+    lit = PictureTiles.around(opened.any(axis=-1))
+    shadow = TracedShadow(texture_from_array(bits, "R32F"), 0, lit)
     for k in range(2):
         sample = light_sample(light, 2 * k, 7, per_receiver=True)
         want = light_twin.light_layer(surface, light, sample, opened.mean(axis=-1), spots=opened)

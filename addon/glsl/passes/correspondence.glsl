@@ -41,14 +41,6 @@ void try_camera(int camera, vec3 p, vec3 n)
   }
 }
 
-/* Tries all cameras. */
-void search_all(vec3 p, vec3 n)
-{
-  for (int camera = 0; camera < camera_count(); camera++) {
-    try_camera(camera, p, n);
-  }
-}
-
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -62,7 +54,9 @@ void main()
 #ifdef CANDIDATE_LISTS
   search_candidates(pixel, p, n);
 #else
-  search_all(p, n);
+  for (int camera = 0; camera < camera_count(); camera++) {
+    try_camera(camera, p, n);
+  }
 #endif
   correspondence = best;
 }

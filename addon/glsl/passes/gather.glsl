@@ -51,36 +51,45 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
 }
 
 /* One- and two-pixel holes (paper III.3): the neighbours of the same material, the nearer the
- * heavier; on the same surface alone, or also beside it, as leaves lie. */
-bool add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material, bool on_surface)
+ * heavier; on the same surface, else also beside it, as leaves lie. Which of the two it was: -1, -2,
+ * or 0 where there are none. One loop with one place where a texel is read: where branches are not
+ * skipped, as in software, all that is written down is run once for pixels that are no holes. */
+float add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
 {
   ivec2 last = textureSize(correspondence, 0) - 1;
-  for (int y = -2; y <= 2; y++) {
-    for (int x = -2; x <= 2; x++) {
-      ivec2 other = pixel + ivec2(x, y);
-      if (other != clamp(other, ivec2(0), last)) {
-        continue;
+  float origin = -1.0;
+  for (int i = 0; i < 50; i++) {
+    if (i == 25) {
+      if (blended_weight > 0.0) {
+        break;
       }
-      vec4 found = texelFetch(correspondence, other, 0);
-      vec4 position = texelFetch(visible_position, other, 0);
-      if (found.x < 0.0 || position.w != material) {
-        continue;
-      }
-      vec3 apart = position.xyz - p;
-      /* On the same surface, or one that bends by less than 30 degrees. */
-      if (on_surface && abs(dot(n, apart)) > 0.5 * length(apart)) {
-        continue;
-      }
-      int camera = int(found.x);
-      ivec2 texel = ivec2(found.yz * picture_resolution(camera));
-      texel = clamp(texel, ivec2(0), ivec2(int(picture_resolution(camera)) - 1));
-      ivec3 at = page_texel(block_places(camera, texel >> BLOCK_BITS), texel);
-      if (at.z >= 0) {
-        add_texel(camera, at, 1.0 / float(x * x + y * y));
-      }
+      origin = -2.0;
+    }
+    int place = i % 25;
+    ivec2 away = ivec2(place % 5, place / 5) - 2;
+    ivec2 other = pixel + away;
+    if (other != clamp(other, ivec2(0), last)) {
+      continue;
+    }
+    vec4 found = texelFetch(correspondence, other, 0);
+    vec4 position = texelFetch(visible_position, other, 0);
+    if (found.x < 0.0 || position.w != material) {
+      continue;
+    }
+    vec3 apart = position.xyz - p;
+    /* On the same surface, or one that bends by less than 30 degrees. */
+    if (i < 25 && abs(dot(n, apart)) > 0.5 * length(apart)) {
+      continue;
+    }
+    int camera = int(found.x);
+    ivec2 texel = ivec2(found.yz * picture_resolution(camera));
+    texel = clamp(texel, ivec2(0), ivec2(int(picture_resolution(camera)) - 1));
+    ivec3 at = page_texel(block_places(camera, texel >> BLOCK_BITS), texel);
+    if (at.z >= 0) {
+      add_texel(camera, at, 1.0 / float(away.x * away.x + away.y * away.y));
     }
   }
-  return blended_weight > 0.0;
+  return blended_weight > 0.0 ? origin : 0.0;
 }
 
 void main()
@@ -102,13 +111,12 @@ void main()
   if (found.x >= 0.0 && add_correspondence(found, position.xyz, n, material)) {
     origin = found.w;
   }
-  else if (add_neighbours(pixel, position.xyz, n, material, true)) {
-    origin = -1.0;
-  }
-  else if (add_neighbours(pixel, position.xyz, n, material, false)) {
-    origin = -2.0;
-    /* Those lie otherwise in space. */
-    forget_directions(blended);
+  else {
+    origin = add_neighbours(pixel, position.xyz, n, material);
+    if (origin == -2.0) {
+      /* Those lie otherwise in space. */
+      forget_directions(blended);
+    }
   }
   surface_geometric_normal = vec4(n, origin);
 #ifdef HAS_CORNER_NORMALS

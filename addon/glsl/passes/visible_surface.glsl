@@ -18,7 +18,11 @@ void main()
   vec2 ids = texelFetch(triangle_ids, texel, 0).rg;
   vec3 o = ray_origin(gl_FragCoord.xy);
   vec3 d = ray_direction(gl_FragCoord.xy);
+#ifdef HAS_TRACED_DEPTH
+  float rasterized = texelFetch(visible_depth, pixel, 0).r;
+#else
   float rasterized = (texelFetch(visible_depth, pixel, 0).r - ray.clip.y) / ray.clip.x;
+#endif
 #ifdef HAS_POSES
   /* Seen where it is at the time, told where the geometry has it: there it is shaded. */
   int object = int(ids.y) - 1;

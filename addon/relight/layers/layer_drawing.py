@@ -254,6 +254,7 @@ class LayerDrawing:
             self._pass,
             self._visible_receivers()[0],
             lambda *asked: self._sun_shadow(surface, *asked, stride=stride),
+            lambda: self._sampler.local_scene,
             one_by_one=self._settings.method == "traced",
         )
         if sample_of[1] == 1:
@@ -310,7 +311,8 @@ class LayerDrawing:
 
     def _tracing(self) -> TracedShadowPass:
         if self._traced is None:
-            self._traced = TracedShadowPass(self._sampler.geometry, self._reach)
+            sampler = self._sampler
+            self._traced = TracedShadowPass(sampler.geometry, self._reach, sampler.local_scene)
         return self._traced
 
     def _shadow_map(self, light: Light, sample: LightSample) -> ShadowMap:

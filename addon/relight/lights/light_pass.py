@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
-from ...glsl.shader import GlslType, PassShader, ShaderProgram
+from ...glsl.shader import GlslType, PassShader, ShaderProgram, adding
 from ...glsl.uniforms import Field, UniformBlock
 from ...scene.frame_across import frame_across
 from ...scene.light import Light
@@ -154,7 +154,14 @@ class LightPass:
         if shadow is not None:
             textures.update(shadow.textures)
             uniforms.update(shadow.uniforms(surface.origin))
-        add_fullscreen(program, target, textures, uniforms)
+        # What lies in shadow gets nothing, unless something fills it.
+        fills = _fills_shadow(light) or light.controls.ambient != 0.0
+        tiles = None if shadow is None or fills else shadow.lit
+        if tiles is None:
+            add_fullscreen(program, target, textures, uniforms)
+        elif tiles.batch is not None:
+            with adding():
+                program.draw_batch(tiles.batch, target, textures, uniforms)
 
     def _program(
         self,
@@ -167,15 +174,13 @@ class LightPass:
         has_spread = light.type == "AREA" and light.spread < np.pi
         controls = light.controls
         shines = light.specular_factor * controls.specular != 0.0
-        look = controls.shadow
-        fills = shadow is not None and (look.density != 1.0 or any(look.color))
         variant = _Variant(
             light.type,
             has_spread,
             shines and self._layout.has("HAS_SPECULAR") and has_extent(light),
             sample.per_receiver,
             shadow,
-            fills,
+            shadow is not None and _fills_shadow(light),
             controls.ambient != 0.0,
             filters,
             by_object,
@@ -183,6 +188,12 @@ class LightPass:
         if variant not in self._programs:
             self._programs[variant] = _describe(variant, self._layout, self._split).build()
         return self._programs[variant]
+
+
+def _fills_shadow(light: Light) -> bool:
+    """Whether some light of its own comes where its shadow falls."""
+    look = light.controls.shadow
+    return look.density != 1.0 or any(look.color)
 
 
 def light_defines(

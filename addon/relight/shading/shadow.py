@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...glsl.shader import Samplers
 from ...glsl.uniforms import UniformBlock
+from .picture_tiles import PictureTiles
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,10 @@ class Shadow(Protocol):
     @property
     def textures(self) -> Mapping[str, Any]:
         """By the names of `kind.samplers`."""
+
+    @property
+    def lit(self) -> PictureTiles | None:
+        """Where anything is seen of the point; None where that is not known before."""
 
     def uniforms(self, local_origin: NDArray[np.float64]) -> Mapping[str, Mapping[str, Any]]:
         """The values of `kind.blocks` for surfaces in the space around `local_origin`."""

@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
 from ...scene.light import Light
 from ..light_points.light_sample import light_sample
 from ..lights.light_reach import ReachPass
 from .receivers import Receivers, find_triangles, on_planes
-from .shadow_rays import LocalScene
+from .shadow_rays import shadow_rays
 
 # About as many pixels of a view are looked at.
 _PLACES = 1000
@@ -102,7 +103,7 @@ class ReachedPlaces:
         length = np.linalg.norm(way[:, :3], axis=1)
         limit = np.full(len(way), np.inf) if light.type == "SUN" else length * (1.0 - _SHORT)
         direction = way[:, :3] / np.where(length > 0.0, length, 1.0)[:, None]
-        return ~scene.rays(casters).blocked(start, direction, limit)
+        return ~shadow_rays(scene, casters).blocked(start, direction, limit)
 
     def _receivers(self, scene: LocalScene) -> Receivers:
         if self._found is None or self._found[0] is not scene:

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...camplace.parallel import in_parts
+from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
-from .shadow_rays import LIFT, LocalScene
+from .shadow_rays import LIFT
 
 # A surface that is looked for lies within this share of its distance from the eye, and is turned
 # no more than this cosine from the normal that is known of it.

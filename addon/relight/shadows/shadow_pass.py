@@ -91,6 +91,11 @@ class ShadowMap:
         return {"shadow_map": self.distance}
 
     @property
+    def lit(self) -> None:
+        """Only the shader finds out."""
+        return None
+
+    @property
     def nbytes(self) -> int:
         """Bytes of GPU memory that keeping it takes."""
         width, height = self.frustum.size

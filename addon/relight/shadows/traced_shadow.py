@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ...camplace.embree_mesh import CHUNK
 from ...camplace.parallel import in_parts
+from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import Texture, texture_from_array
 from ...scene.geometry import SceneGeometry
@@ -31,9 +32,10 @@ from ..light_points.light_cells import SPOTS
 from ..light_points.light_sample import EmitterPoint, LightSample
 from ..light_points.turned_disk import turned_way
 from ..lights.light_reach import ReachPass
+from ..shading.picture_tiles import PictureTiles
 from ..shading.shadow import ShadowKind
 from .receivers import SeenReceivers
-from .shadow_rays import LIFT, LocalScene, ShadowRays
+from .shadow_rays import LIFT, ShadowRays, shadow_rays
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
 
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
@@ -55,10 +57,12 @@ class TracedShadow:
         spots: R32F, a bit for each spot of the light's cell that is seen: all where its only point
             is.
         rays: how many rays it took.
+        lit: the tiles in which any is seen.
     """
 
     spots: Texture
     rays: int
+    lit: PictureTiles
 
     @property
     def kind(self) -> ShadowKind:
@@ -85,11 +89,17 @@ class TracedShadowPass:
     Args:
         geometry: the scene's.
         reach: asks what lights shine on.
+        scene: the geometry in the space of the surfaces, if somebody has it already.
     """
 
-    def __init__(self, geometry: SceneGeometry, reach: ReachPass | None = None) -> None:
+    def __init__(
+        self,
+        geometry: SceneGeometry,
+        reach: ReachPass | None = None,
+        scene: LocalScene | None = None,
+    ) -> None:
         self._geometry = geometry
-        self._scene: LocalScene | None = None
+        self._scene = scene
         self._reach = ReachPass() if reach is None else reach
         self._seen: OrderedDict[int, SeenReceivers] = OrderedDict()
 
@@ -125,7 +135,7 @@ class TracedShadowPass:
             _texel(row, stride, surface.height), _texel(column, stride, surface.width)
         ]
         rays = _Rays(
-            scene.rays(casters),
+            shadow_rays(scene, casters),
             light,
             sample,
             seen=seen,
@@ -139,7 +149,8 @@ class TracedShadowPass:
             spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
         picture = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
         picture[row, column, 0] = spots
-        return TracedShadow(texture_from_array(picture, "R32F"), rays.count)
+        lit = PictureTiles.around(picture[..., 0] != 0.0)
+        return TracedShadow(texture_from_array(picture, "R32F"), rays.count, lit)
 
     def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
         """What rays meet, in the space around a place (3,) of the world."""

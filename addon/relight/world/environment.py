@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
 from ...glsl.shader import read_texture
@@ -65,6 +66,7 @@ class EnvironmentScene:
         shadow: gives the finest shadow of the (3,) unit direction towards a sun; looking about
             it, at (SPOTS, 3) other directions if there are, and how thoroughly: where more than a
             share of the pixels sees it in parts, at four of them.
+        local_scene: gives the triangles for rays, in the space of the surfaces.
         one_by_one: whether every direction has such a shadow.
     """
 
@@ -72,6 +74,7 @@ class EnvironmentScene:
     maps: ShadowPass
     receivers: NDArray[np.float64]
     shadow: Callable[[NDArray[np.float64], NDArray[np.float64], float], Shadow]
+    local_scene: Callable[[], LocalScene]
     one_by_one: bool = False
 
 
@@ -88,7 +91,7 @@ class EnvironmentLight:
         self._ambient = AmbientPass(tables, layout)
         self._direction_pass = DirectionPass(tables, layout)
         self._ray_pass = RayPass(tables, layout)
-        self._rays: tuple[ShadowPass, EnvironmentRays] | None = None
+        self._rays: EnvironmentRays | None = None
 
     def draw_first(
         self,
@@ -191,13 +194,14 @@ class EnvironmentLight:
 
     def _trace(self, lighting: _Lighting, ray: int, directions: int) -> None:
         surface, scene = lighting.surface, lighting.scene
-        if self._rays is None or self._rays[0] is not scene.maps:
-            self._rays = (scene.maps, EnvironmentRays(scene.geometry, surface.origin))
+        local = scene.local_scene()
+        if self._rays is None or self._rays.scene is not local:
+            self._rays = EnvironmentRays(local)
         point = np.append(sobol_points(ray, 1), ray * _GOLDEN % 1.0)
         toward, arriving = self._ray_pass.send(
             surface, lighting.world, point, number=lighting.rays, directions=directions
         )
-        is_open = self._rays[1].open_share(surface, read_texture(toward))
+        is_open = self._rays.open_share(surface, read_texture(toward))
         self._ray_pass.arrive(arriving, is_open, lighting.target)
 
 

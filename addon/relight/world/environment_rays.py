@@ -6,23 +6,22 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
-from ...scene.geometry import SceneGeometry
 from ..shadows.receivers import SeenReceivers
-from ..shadows.shadow_rays import LocalScene
+from ..shadows.shadow_rays import shadow_rays
 
 
 class EnvironmentRays:
     """Rays against the triangles that cast shadows.
 
-    Args:
-        geometry: the triangles.
-        origin: (3,) float64, world space: local space's origin.
+    Attributes:
+        scene: the triangles.
     """
 
-    def __init__(self, geometry: SceneGeometry, origin: NDArray[np.float64]) -> None:
-        self._scene = LocalScene(geometry, origin)
-        self._rays = self._scene.rays(None)
+    def __init__(self, scene: LocalScene) -> None:
+        self.scene = scene
+        self._rays = shadow_rays(scene)
         # What the last sample sees.
         self._seen: SeenReceivers | None = None
 
@@ -35,7 +34,7 @@ class EnvironmentRays:
                 one.
         """
         if self._seen is None or self._seen.surface is not surface:
-            self._seen = SeenReceivers.of(surface, self._scene)
+            self._seen = SeenReceivers.of(surface, self.scene)
         seen = self._seen
         sent = (rays[..., 3] > 0.0) & seen.hit
         some, receivers = seen.number[sent], seen.receivers

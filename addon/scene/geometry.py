@@ -16,6 +16,10 @@ from numpy.typing import NDArray
 PART = 16384
 
 
+# Blender's usual Shadow Terminator Geometry Offset of an object.
+TERMINATOR_OFFSET = 0.1
+
+
 @dataclass(frozen=True)
 class Cutout:
     """The alpha mask of one material, for the passes that rasterize its triangles.
@@ -55,6 +59,8 @@ class SceneGeometry:
         corner_normals: (T, 3, 2) uint16 codes (`octahedral`) of the unit normals that are
             interpolated for shading, world space, on the side of `normal`; None where every
             face is flat.
+        terminator_offset: (O,) float32, for each of `object_names` below which cosine to the light
+            shadow rays start above its smooth triangles; None for Blender's usual one.
         full_names: for each of `object_names` the full name of who instances it ("" where
             nobody does) and its own, libraries in them; none for arrays likewise.
     """
@@ -74,6 +80,7 @@ class SceneGeometry:
     object_states: tuple[bytes, ...] = ()
     full_names: tuple[tuple[str, str], ...] = ()
     corner_normals: NDArray[np.uint16] | None = None
+    terminator_offset: NDArray[np.float32] | None = None
 
     def __len__(self) -> int:
         return len(self.triangles)

@@ -65,6 +65,7 @@ class _Part:
     shadow_visible: bool
     state: bytes
     full_names: tuple[str, str]
+    terminator_offset: float
 
     def vertices(self) -> NDArray[np.float64]:
         """(V, 3) world space."""
@@ -149,6 +150,11 @@ class _Collector:
         mesh = self._mesh(evaluated)
         if mesh is None:
             return
+        if evaluated.shadow_terminator_shading_offset > 0.0:
+            self.warn(
+                f"object '{original.name}': its shadow terminator's shading offset is not shown; "
+                "its geometry offset is"
+            )
         self.parts.append(
             _Part(
                 mesh,
@@ -161,6 +167,7 @@ class _Collector:
                 bool(evaluated.visible_shadow and instancer.visible_shadow),
                 mesh.state + instance_state(instance, evaluated, instancer, WEIGHT_NAME),
                 (instancer.original.name_full if instance.is_instance else "", original.name_full),
+                evaluated.shadow_terminator_geometry_offset,
             )
         )
 
@@ -263,6 +270,7 @@ def _clean(collector: _Collector) -> SceneGeometry:
         object_states=tuple(part.state for part in parts),
         full_names=tuple(part.full_names for part in parts),
         corner_normals=None if corner_normals is None else corner_normals[keep],
+        terminator_offset=np.array([part.terminator_offset for part in parts], dtype=np.float32),
     )
 
 

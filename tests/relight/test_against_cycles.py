@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.scene.geometry import SceneGeometry
 from addon.scene.light import Light
 
 SIZE = 64
@@ -147,6 +148,10 @@ def relit_picture(
     normal = read_texture(visible.normal).astype(np.float64)[..., :3]
     seen = surfaces(position[..., :3], normal, eye=(0, 0, 0), origin=tuple(view.origin), albedo=0.8)
     seen = replace(seen, position=position, channels={**seen.channels, **_shading(SIZE, material)})
+    if geometry.corner_normals is not None:
+        seen.channels["normal"][hit] = _smooth_normals(
+            geometry, view.origin, position[hit][:, :3], normal[hit]
+        )
     shadows, rays, uploaded = ShadowPass(buffer), TracedShadowPass(geometry), seen.upload()
     receivers = position[hit][:, :3] + view.origin
     total = np.zeros((SIZE, SIZE, 3))
@@ -160,6 +165,23 @@ def relit_picture(
         lit = drawn_light(seen, light, [sample], shadow=shadow)
         total += lit[..., :3] / samples
     return total, hit
+
+
+def _smooth_normals(
+    geometry: SceneGeometry,
+    eye: NDArray[np.float64],
+    position: NDArray[np.float64],
+    facing: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(N, 3) of what is seen from `eye` at (N, 3) places beside it, on the side of `facing`."""
+    from tests.reference.shading_normal import shading_normals
+    from tests.synthetic import Tracer
+
+    start = np.broadcast_to(eye, position.shape)
+    triangle, point = Tracer(geometry).hit(start, position)
+    smooth = shading_normals(geometry, triangle, point)
+    back = (geometry.normal[triangle] * facing).sum(axis=1) < 0.0
+    return np.asarray(np.where(back[:, None], -smooth, smooth).astype(np.float32))
 
 
 def _shading(size: int, material: dict[str, Any]) -> dict[str, NDArray[np.float64]]:

@@ -60,6 +60,37 @@ def test_lamps_that_touch(name: str, blend: Any, tmp_path: Path) -> None:
     assert -10.0 * np.log10(error.mean()) > 50.0
 
 
+@pytest.mark.parametrize("offset", [0.1, 0.0, 0.5])
+@pytest.mark.parametrize("name", ["point", "sun", "area"])
+def test_terminator_of_a_coarse_ball(name: str, offset: float, blend: Any, tmp_path: Path) -> None:
+    import bpy
+
+    kind, settings = CASES[name]
+    build(blend, kind, settings, DIFFUSE)
+    lamp = blend.objects["Light"]
+    # From the side, so that the terminator is in view.
+    lamp.location, lamp.rotation_euler = (4.0, 1.0, 1.8), (1.3, 0.0, 1.2)
+    ball = blend.objects["Icosphere"]
+    bpy.ops.object.select_all(action="DESELECT")
+    mesh = ball.data
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=0.7, location=(0, 0, 1))
+    coarse = bpy.context.object
+    coarse.data.shade_smooth()
+    coarse.data.materials.append(mesh.materials[0])
+    coarse.shadow_terminator_geometry_offset = offset
+    bpy.data.objects.remove(ball)
+    blend.camera.data.lens = 120.0  # the ball fills half of the picture
+    hard = is_hard(kind, settings)
+    reference = cycles_picture(blend, tmp_path / "cycles.exr", 4 if hard else 64)[..., 0]
+    relit, hit = relit_picture(blend, DIFFUSE, 1 if hard else 32, traced=True)
+    # (Of a light with an extent, few points light what is nearly black.)
+    least = (1e-4 if hard else 2e-3) * reference.max()
+    black = [picture <= least for picture in (reference, relit[..., 0])]
+    # Where facets told their own sides, or rays started on them, it would be 28 to 83 pixels.
+    assert (black[0] != black[1])[hit].sum() <= (2 if hard else 15)
+    assert relit[hit].mean() == pytest.approx(reference[hit].mean(), rel=0.005)
+
+
 def glow_like(scene: Any, kind: str) -> None:
     """A glowing plane, or two glowing balls of other colours, over a plane and a ball."""
     import bpy

@@ -441,3 +441,29 @@ def test_partial_alpha_is_named(
     links.new(mix.outputs[0], nodes["Material Output"].inputs["Surface"])
     add_mesh(scene, "Cloth").data.materials.append(material)
     assert read(scene).warnings == (() if text is None else (f"material 'Veil': {text}",))
+
+
+def test_terminators_are_their_own_objects(scene: bpy.types.Scene) -> None:
+    """Cycles asks the object that is instanced, and not who instances it."""
+    bpy.ops.mesh.primitive_cube_add()
+    alone = bpy.context.object
+    assert alone is not None
+    alone.shadow_terminator_geometry_offset = 0.25
+    bpy.ops.mesh.primitive_cube_add()
+    shown = bpy.context.object
+    assert shown is not None
+    shown.name = "Shown"
+    shown.shadow_terminator_shading_offset = 0.5
+    group = bpy.data.collections.new("group")
+    scene.collection.objects.unlink(shown)
+    group.objects.link(shown)
+    empty = bpy.data.objects.new("empty", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", group
+    empty.shadow_terminator_geometry_offset = 0.7
+    scene.collection.objects.link(empty)
+    geometry = read(scene)
+    assert geometry.terminator_offset is not None
+    found = dict(zip(geometry.object_names, geometry.terminator_offset.tolist(), strict=True))
+    assert found == {alone.name: 0.25, "Shown": pytest.approx(0.1)}
+    (warning,) = geometry.warnings
+    assert warning.startswith("object 'Shown': its shadow terminator's shading offset is not shown")

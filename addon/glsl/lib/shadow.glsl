@@ -145,6 +145,12 @@ float face_visibility_at(int face, vec3 position, vec3 Ng)
   return face_visibility(face, ndc, receiver, Ng, face_extent(face) / shadow.resolution);
 }
 
+/* Whether the light is on the viewer's side of the surface. */
+bool is_before(float NgoL)
+{
+  return NgoL > 0.0;
+}
+
 float visibility(vec3 position, vec3 Ng)
 {
   if (shadow.parallel > 0.5) {

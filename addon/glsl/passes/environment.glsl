@@ -8,6 +8,15 @@
  * the balance heuristic (E. Veach, Robust Monte Carlo Methods for Light Transport Simulation,
  * 1997, 9.2). */
 
+bool is_from_before(float NgoL)
+{
+#ifdef ONE_DIRECTION
+  return is_before(NgoL);
+#else
+  return NgoL > 0.0;
+#endif
+}
+
 float direction_visibility(int d, vec3 position, vec3 Ng)
 {
 #ifdef ONE_DIRECTION
@@ -30,11 +39,11 @@ void main()
     vec3 L = environment.toward[d].xyz;
     float NgoL = dot(s.Ng, L);
     open_share[d] = 0.0;
-    if (NgoL > 0.0) {
+    if (is_from_before(NgoL)) {
       open_share[d] = direction_visibility(d, s.position, s.Ng);
     }
 #ifdef HAS_TRANSLUCENT
-    else if (NgoL < 0.0) {
+    else {
       open_share[d] = -direction_visibility(d, s.position, -s.Ng);
     }
 #endif

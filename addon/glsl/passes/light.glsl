@@ -173,7 +173,7 @@ void main()
 #ifdef HAS_SHADOW
   /* A surface hides the other side's light from this one, but for what comes through. */
   float NgoL = dot(s.Ng, lit.L);
-  if (NgoL > 0.0 && STANDS_IN_OWN_LIGHT) {
+  if (is_before(NgoL) && STANDS_IN_OWN_LIGHT) {
     parts.translucent = vec3(0.0);
   }
   else if (STANDS_IN_OWN_LIGHT) {

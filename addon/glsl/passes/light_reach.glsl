@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * What a shadow ray needs to know of each pixel: xyz the way from the surface to the light's
  * point (metres; a sun's is a direction), w the side that is lit: 1 the viewer's, -1 the other,
- * 0 none, where the light doesn't reach, or its filters or its linking let nothing through. */
+ * 0 none, where the light doesn't reach, or its filters or its linking let nothing through; twice
+ * that where the object does not stand in its own light. */
 void main()
 {
   reach = vec4(0.0);
@@ -20,19 +21,21 @@ void main()
   }
 #endif
   float NgoL = dot(texelFetch(surface_geometric_normal, texel, 0).xyz, lit.L);
-  bool through = NgoL < 0.0;
+  float side = sign(NgoL);
 #ifdef HAS_OBJECTS
   vec3 share = object_share(texel);
   if (max(share.x, share.y) <= 0.0) {
     return;
   }
   /* What does not stand in its own light may be lit by its shading normal. */
-  through = through && share.z > 0.5;
+  if (share.z < 0.5) {
+    side *= 2.0;
+  }
 #endif
-#ifndef HAS_TRANSLUCENT
-  if (through) {
+#ifndef BOTH_SIDES
+  if (side == -1.0) {
     return;
   }
 #endif
-  reach = vec4(way_to_light(position.xyz), sign(NgoL));
+  reach = vec4(way_to_light(position.xyz), side);
 }

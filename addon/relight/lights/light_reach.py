@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.surface_buffer import SurfaceBuffer
-from ...corrmap.surface_layout import SurfaceLayout
 from ...glsl.shader import PassShader, ShaderProgram, framebuffer, read_texture, texture_2d
 from ...glsl.uniforms import Field, UniformBlock
 from ...scene.light import Light
@@ -49,6 +48,8 @@ class ReachPass:
         sample: LightSample,
         stride: int = 1,
         objects: Any = None,
+        *,
+        both_sides: bool = False,
     ) -> NDArray[np.float32]:
         """The way from each pixel to the light's point.
 
@@ -58,16 +59,23 @@ class ReachPass:
             sample: its point.
             stride: the surface's pixels along the side of one of the picture's.
             objects: `ObjectShares.texture`; `surface` must then have its `objects`.
+            both_sides: ask also about pixels of whose facet the light is on the side that nothing
+                is seen of.
 
         Returns:
             (H, W, 4): xyz metres to the light's point in local axes (a sun's: unit direction), w
-            the side that it lights: 1 the viewer's, -1 the other, 0 none.
+            the side that it lights: 1 the viewer's, -1 the other, 0 none; twice that where both
+            are seen, because the object does not stand in its own light.
         """
         # A light as its shadows see it may lack the filters that are kept under its name.
         has_filters = light.profile is not None or light.controls.shapes_beam
         filters = self._filters.of(light) if has_filters else ()
         program = _program(
-            light, sample, kinds(filters), surface.layout, by_object=objects is not None
+            light,
+            sample,
+            kinds(filters),
+            both_sides=both_sides or surface.layout.has("HAS_TRANSLUCENT"),
+            by_object=objects is not None,
         )
         textures: dict[str, Any] = {
             "surface_position": surface.position,
@@ -89,8 +97,8 @@ def _program(
     light: Light,
     sample: LightSample,
     filters: FilterKinds,
-    layout: SurfaceLayout,
     *,
+    both_sides: bool,
     by_object: bool,
 ) -> ShaderProgram:
     return PassShader(
@@ -118,7 +126,7 @@ def _program(
                 turns=sample.per_receiver,
                 has_filters=bool(filters),
             ),
-            *((("HAS_TRANSLUCENT", "1"),) if layout.has("HAS_TRANSLUCENT") else ()),
+            *((("BOTH_SIDES", "1"),) if both_sides else ()),
             *((("HAS_OBJECTS", "1"),) if by_object else ()),
         ),
     ).build()

@@ -21,7 +21,8 @@ class ShadowKind:
 
     Attributes:
         library: the file in addon/glsl/lib/ with `float visibility(vec3 position, vec3 Ng)`: the
-            share of the light's point that a surface sees, for Ng on the lit side.
+            share of the light's point that a surface sees, for Ng on the lit side, and `bool
+            is_before(float NgoL)`: whether that is the viewer's.
         samplers: what it reads.
         blocks: its uniform blocks.
         spots: of how many spots of a light's cell it tells whether they are seen, by `int

@@ -98,7 +98,7 @@ class ReachedPlaces:
     ) -> NDArray[np.bool_]:
         """Whether nothing blocks some of the places' ways to a point."""
         receivers = self._receivers(scene)
-        up = receivers.normal[number] * way[:, 3:]
+        up = receivers.normal[number] * np.sign(way[:, 3:])
         start = receivers.place[number] + up * receivers.lift[number, None]
         length = np.linalg.norm(way[:, :3], axis=1)
         limit = np.full(len(way), np.inf) if light.type == "SUN" else length * (1.0 - _SHORT)

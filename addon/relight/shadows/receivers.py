@@ -13,6 +13,7 @@ from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
 from .shadow_rays import LIFT
+from .terminator import SmoothReceivers
 
 # A surface that is looked for lies within this share of its distance from the eye, and is turned
 # no more than this cosine from the normal that is known of it.
@@ -31,11 +32,13 @@ class Receivers:
         place: (N, 3) float64, local space: on their triangles' own planes.
         normal: (N, 3) float32, unit: of their triangles, facing the viewer.
         lift: (N,) float32, metres: how far above its plane a ray must start.
+        triangle: (N,) int32 which triangle that is; -1 where it is not known.
     """
 
     place: NDArray[np.float64]
     normal: NDArray[np.float32]
     lift: NDArray[np.float32]
+    triangle: NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -46,6 +49,7 @@ class SeenReceivers:
         surface: the sample.
         rasterized: (N, 3) float32: the pixels' places as the shaders know them.
         receivers: the same as rays need them.
+        smooth: the same as they are shaded.
         number: (H, W) int32: which of the N a pixel is; any where it sees nothing.
         hit: (H, W) whether it sees a surface.
     """
@@ -53,6 +57,7 @@ class SeenReceivers:
     surface: SurfaceBuffer
     rasterized: NDArray[np.float32]
     receivers: Receivers
+    smooth: SmoothReceivers
     number: NDArray[np.int32]
     hit: NDArray[np.bool_]
 
@@ -69,14 +74,16 @@ class SeenReceivers:
             triangle = find_triangles(scene, surface, places, normal)
         else:
             triangle = seen.read()[hit]
-        return cls(surface, places, on_planes(scene, places, normal, triangle), number, hit)
+        found = on_planes(scene, places, normal, triangle)
+        smooth = SmoothReceivers(scene.geometry, found.triangle, found.place, found.normal)
+        return cls(surface, places, found, smooth, number, hit)
 
     @property
     def nbytes(self) -> int:
         """Bytes of main memory."""
         each = self.receivers
         arrays = (self.rasterized, each.place, each.normal, each.lift, self.number, self.hit)
-        return sum(array.nbytes for array in arrays)
+        return sum(array.nbytes for array in arrays) + self.smooth.nbytes
 
 
 def on_planes(
@@ -99,6 +106,7 @@ def on_planes(
     planes = scene.planes
     place, facing = position.astype(np.float64), normal.copy()
     lift = np.empty(len(position), dtype=np.float32)
+    on = np.empty(len(position), dtype=np.int32)
 
     def work(part: slice) -> None:
         some, known, own = triangle[part], facing[part], place[part]
@@ -113,9 +121,10 @@ def on_planes(
         reach = np.abs(own).max(axis=1)
         np.maximum(reach, planes.extent[number], out=reach, where=same)
         lift[part] = LIFT * reach
+        on[part] = np.where(same, some, -1)
 
     in_parts(work, len(position), _PART)
-    return Receivers(place, facing, lift)
+    return Receivers(place, facing, lift, on)
 
 
 def find_triangles(

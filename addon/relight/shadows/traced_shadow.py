@@ -34,6 +34,7 @@ from ..light_points.turned_disk import turned_way
 from ..lights.light_reach import ReachPass
 from ..shading.picture_tiles import PictureTiles
 from ..shading.shadow import ShadowKind
+from .lit_pixels import LitPixels, lit_pixels
 from .receivers import SeenReceivers
 from .shadow_rays import LIFT, ShadowRays, shadow_rays
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
@@ -41,11 +42,14 @@ from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
 
 
+# As in addon/glsl/lib/traced_shadow.glsl.
+_SIDE_IS_KNOWN = 1 << SPOTS
+
 # A ray ends this share of its length before the light's point. What holds a lamp may lie exactly
 # at the point; the sum of the roundings of start, direction and length is a few spacings (1.2e-7).
 _SHORT_OF_LIGHT = 16.0 * float(np.finfo(np.float32).eps)
 
-# Bytes of main memory for what is known of views' samples, 57 for a pixel.
+# Bytes of main memory for what is known of views' samples, 73 for a pixel.
 _RECEIVER_BUDGET = 512 << 20
 
 
@@ -55,7 +59,8 @@ class TracedShadow:
 
     Attributes:
         spots: R32F, a bit for each spot of the light's cell that is seen: all where its only point
-            is.
+            is. With 65536 added it also tells which side is lit, by its sign: positive the
+            viewer's.
         rays: how many rays it took.
         lit: the tiles in which any is seen.
     """
@@ -81,6 +86,8 @@ class TracedShadow:
 
 # Where rays start, and to where they go from there: (R, 3) each.
 _Aim = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+_Rows = NDArray[np.int64] | slice
 
 
 class TracedShadowPass:
@@ -128,20 +135,12 @@ class TracedShadowPass:
                 four spots only, one in each quarter: by default it takes ten rays a pixel at most.
         """
         scene = self.local_scene(surface.origin)
-        reach = self._reach.draw(surface, light, sample, stride, objects)
+        is_smooth = scene.geometry.corner_normals is not None
+        reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
         seen = self._seen_by(surface, scene)
-        row, column = np.nonzero(reach[..., 3])
-        number = seen.number[
-            _texel(row, stride, surface.height), _texel(column, stride, surface.width)
-        ]
-        rays = _Rays(
-            shadow_rays(scene, casters),
-            light,
-            sample,
-            seen=seen,
-            number=number,
-            way=reach[row, column],
-        )
+        lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
+        row, column = lit.row, lit.column
+        rays = _Rays(shadow_rays(scene, casters), light, sample, seen=seen, lit=lit)
         if len(sample.spots):
             place = PixelPlaces(row, column, reach.shape[:2], surface.picture_height)
             spots = look_at_spots(rays.reach_spots, place, thorough)
@@ -149,8 +148,11 @@ class TracedShadowPass:
             spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
         picture = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
         picture[row, column, 0] = spots
-        lit = PictureTiles.around(picture[..., 0] != 0.0)
-        return TracedShadow(texture_from_array(picture, "R32F"), rays.count, lit)
+        tiles = PictureTiles.around(picture[..., 0] != 0.0)
+        if is_smooth and not any(light.controls.shadow.offset):
+            # (Of a shadow that is moved, only the light itself tells what it shines on.)
+            picture[row, column, 0] = np.copysign(spots + _SIDE_IS_KNOWN, lit.side)
+        return TracedShadow(texture_from_array(picture, "R32F"), rays.count, tiles)
 
     def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
         """What rays meet, in the space around a place (3,) of the world."""
@@ -183,8 +185,7 @@ class _Rays:
         light: the light.
         sample: its point or cell.
         seen: the sample of the view.
-        number: (N,) which of its receivers the pixels are.
-        way: (N, 4) float32, as of `ReachPass.draw`.
+        lit: the pixels.
     """
 
     def __init__(
@@ -194,25 +195,24 @@ class _Rays:
         sample: LightSample,
         *,
         seen: SeenReceivers,
-        number: NDArray[np.int32],
-        way: NDArray[np.float32],
+        lit: LitPixels,
     ) -> None:
         self._rays, self._light, self._sample = shadow_rays, light, sample
-        self._seen, self._number, self._way = seen, number, way
+        self._seen, self._lit = seen, lit
         self.count = 0
 
     def reach_point(self) -> NDArray[np.bool_]:
         """(N,) whether rays to the sample's point meet nothing."""
+        number = self._lit.number
 
         def aim(part: slice) -> _Aim:
-            start, _ = self._start(part)
-            way = self._way[part, :3].astype(np.float64)
+            start, way = self._start(part), self._lit.way[part].astype(np.float64)
             if self._light.type != "SUN":
                 # The way was measured from where the surface was rasterized.
-                way += self._seen.rasterized[self._number[part]] - start
-            return start, way
+                way += self._seen.rasterized[number[part]] - start
+            return self._lifted(part, start, way)
 
-        return self._open(len(self._number), aim)
+        return self._open(len(number), aim)
 
     def reach_spots(
         self, rows: NDArray[np.int64], spots: NDArray[np.int64]
@@ -229,21 +229,29 @@ class _Rays:
         above = np.zeros(len(rows), dtype=np.bool_)
 
         def aim(part: slice) -> _Aim:
-            start, up = self._start(rows[part])
+            some = rows[part]
+            start = self._start(some)
             way = self._way_to_spots(start, spots[part])
-            above[part] = np.einsum("rx,rx->r", way, up) > 0.0
-            return start, way
+            side = self._seen.smooth.side(self._lit.number[some], way)
+            above[part] = side == self._lit.side[some]
+            return self._lifted(some, start, way)
 
         is_open = self._open(len(rows), aim, above)
         return is_open & above, above
 
-    def _start(
-        self, rows: NDArray[np.int64] | slice
-    ) -> tuple[NDArray[np.float64], NDArray[np.float32]]:
-        """(R, 3), (R, 3) where rays of some of the pixels start, and which way is up there."""
-        receivers, number = self._seen.receivers, self._number[rows]
-        up = receivers.normal[number] * self._way[rows, 3:]
-        return receivers.place[number] + up * receivers.lift[number, None], up
+    def _start(self, rows: _Rows) -> NDArray[np.float64]:
+        """(R, 3) where rays of some of the pixels start, but for lifts near the terminator."""
+        receivers, number = self._seen.receivers, self._lit.number[rows]
+        up = receivers.normal[number] * self._lit.side[rows, None]
+        return np.asarray(receivers.place[number] + up * receivers.lift[number, None])
+
+    def _lifted(self, rows: _Rows, start: NDArray[np.float64], way: NDArray[np.float64]) -> _Aim:
+        """Where rays start near the terminator, and where they go from there to the same place."""
+        if not self._seen.smooth.any:
+            return start, way
+        number, side = self._lit.number[rows], self._lit.side[rows]
+        lift = self._seen.smooth.lift(number, _unit(way), side)
+        return start + lift, way if self._light.type == "SUN" else way - lift
 
     def _way_to_spots(
         self, start: NDArray[np.float64], spots: NDArray[np.int64]
@@ -292,6 +300,12 @@ class _Rays:
         return ~self._rays.blocked(start, direction, limit)
 
 
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 3) of length one; zeros stay."""
+    length = np.sqrt(np.einsum("nx,nx->n", vectors, vectors))
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0)[:, None])
+
+
 def _before_emitter(
     emitter: EmitterPoint, start: NDArray[np.float64], way: NDArray[np.float64]
 ) -> NDArray[np.float64]:
@@ -307,8 +321,3 @@ def _before_emitter(
     # As for where rays start, along a slanted ray; one along the triangle ends at its start.
     cosine = np.abs(way @ emitter.normal) / np.maximum(length, np.finfo(np.float64).tiny)
     return LIFT * reach / np.maximum(cosine, LIFT)
-
-
-def _texel(pixel: NDArray[np.int64], stride: int, size: int) -> NDArray[np.int64]:
-    """As `surface_texel` in addon/glsl/lib/surface_texel.glsl, along one side."""
-    return np.minimum(pixel * stride + stride // 2, size - 1)

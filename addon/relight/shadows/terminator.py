@@ -1,0 +1,172 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Where shadow rays start on surfaces that are shaded smoothly.
+
+A facet turns away from the light as a whole, its interpolated normals one after the other. So it
+is these that say which side of a surface is lit, and near the terminator rays start above the
+facet, about where the smooth surface would be: else facets would shade themselves and each other.
+The lift is Cycles' (shadow_ray_offset), by its object's Shadow Terminator Geometry Offset: as
+heights above a point p of the triangle with corners v_i and normals n_i, each corner's envelope
+max_j (v_j . n_i) - p . n_i, and half of the parabolic surface through the corners.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...camplace.parallel import in_parts
+from ...scene.geometry import TERMINATOR_OFFSET, SceneGeometry
+from ...scene.octahedral import from_codes
+
+# Corner normals are known to 7e-5 (`octahedral`): those of a triangle whose sine to its own is
+# below twice that are taken to be flat.
+_FLAT_SINE = 1.5e-4
+
+# Receivers at once: what numpy makes of them stays in the processor's cache.
+_PART = 1 << 14
+
+Array = NDArray[np.float64]
+
+
+class SmoothReceivers:
+    """What N receivers' corner normals say.
+
+    Args:
+        geometry: the triangles, in the receivers' space.
+        triangle: (N,) which triangle each is on; -1 for unknown ones, which count as flat.
+        place: (N, 3) on its plane.
+        facing: (N, 3) unit: its normal, on the viewer's side.
+    """
+
+    def __init__(
+        self,
+        geometry: SceneGeometry,
+        triangle: NDArray[np.int32],
+        place: Array,
+        facing: NDArray[np.floating],
+    ) -> None:
+        self._geometry = geometry
+        self._triangle = triangle
+        self._place = place
+        self._facing = facing
+
+    @property
+    def any(self) -> bool:
+        """Whether any triangle of the scene is smooth."""
+        return self._geometry.corner_normals is not None
+
+    @property
+    def nbytes(self) -> int:
+        """What is kept once it was asked for."""
+        return self._triangle.nbytes + 12 * len(self._triangle)
+
+    @cached_property
+    def normal(self) -> NDArray[np.floating]:
+        """(N, 3) unit, interpolated, on the viewer's side of the facet's normal."""
+        if self._geometry.corner_normals is None:
+            return self._facing
+        normal = self._facing.astype(np.float32)
+
+        def work(part: slice) -> None:
+            some = part.start + np.flatnonzero(self._triangle[part] >= 0)
+            corners, normals = self._corners(some, self._facing[some])
+            flat = np.linalg.norm(np.cross(normals, self._facing[some, None]), axis=2).max(axis=1)
+            some, corners, normals = (each[flat > _FLAT_SINE] for each in (some, corners, normals))
+            smooth = np.einsum("nk,nkx->nx", _weights(corners, self._place[some]), normals)
+            size = np.linalg.norm(smooth, axis=1, keepdims=True)
+            normal[some] = np.where(
+                size > 0.0, smooth / np.where(size > 0.0, size, 1.0), self._facing[some]
+            )
+
+        in_parts(work, len(normal), _PART)
+        return normal
+
+    def side(self, rows: NDArray[np.integer], toward: NDArray[np.floating]) -> NDArray[np.float32]:
+        """(R,) of some receivers (R,) the side that light from (R, 3) shines on: 1 the viewer's,
+        -1 the other."""
+        return np.sign(_dot(self.normal[rows], toward)).astype(np.float32)
+
+    def lift(self, rows: NDArray[np.integer], toward: Array, side: NDArray[np.floating]) -> Array:
+        """(R, 3) from where they are to where rays of some receivers (R,) start.
+
+        Args:
+            rows: which of the N.
+            toward: (R, 3) unit directions to the light.
+            side: (R,) the side that it shines on.
+        """
+        result = np.zeros(toward.shape)
+        if self._geometry.corner_normals is None:
+            return result
+        cutoff = self._cutoff(rows)
+        cosine = side * _dot(self.normal[rows], toward)
+        of_facet = side * _dot(self._facing[rows], toward)
+        safe = np.where(cutoff > 0.0, cutoff, 1.0)
+        near = np.where(cosine < cutoff, 2.0 - (of_facet + cosine) / safe, 1.0 - of_facet / safe)
+        amount = np.where((cutoff > 0.0) & (cosine > 0.0), np.clip(near, 0.0, 1.0), 0.0)
+        some = np.flatnonzero(amount > 0.0)
+        some = some[self._is_smooth(rows[some])]
+        up = side[some, None] * self._facing[rows[some]]
+        corners, normals = self._corners(rows[some], up)
+        height, normal = _height(corners, normals, self._place[rows[some]], up)
+        result[some] = (amount[some] * height)[:, None] * normal
+        return result
+
+    def _cutoff(self, rows: NDArray[np.integer]) -> Array:
+        """(R,) below which cosine to the light some receivers' rays are lifted."""
+        offsets, triangle = self._geometry.terminator_offset, self._triangle[rows]
+        if offsets is None:
+            return np.full(len(rows), TERMINATOR_OFFSET)
+        return np.asarray(offsets[self._geometry.object_id[triangle]], dtype=np.float64)
+
+    def _is_smooth(self, rows: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """(R,) whether the normals of some receivers' triangles differ."""
+        assert self._geometry.corner_normals is not None
+        codes = self._geometry.corner_normals[self._triangle[rows]]
+        smooth = (codes != codes[:, :1]).any(axis=(1, 2))
+        return np.asarray((self._triangle[rows] >= 0) & smooth)
+
+    def _corners(self, rows: NDArray[np.integer], up: Array) -> tuple[Array, Array]:
+        """(R, 3, 3), (R, 3, 3) the corners of some receivers' triangles, and their normals on
+        the side of `up` (R, 3)."""
+        geometry, triangle = self._geometry, self._triangle[rows]
+        assert geometry.corner_normals is not None
+        corners = geometry.vertices[geometry.triangles[triangle]]
+        normals = from_codes(geometry.corner_normals[triangle]).astype(np.float64)
+        below = _dot(geometry.normal_of(triangle), up) < 0.0
+        return corners, np.where(below[:, None, None], -normals, normals)
+
+
+def _weights(corners: Array, place: Array) -> Array:
+    """(R, 3) by which three corners (R, 3, 3) make a place (R, 3) of their triangle."""
+    b, c, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], place - corners[:, 0]
+    bb, bc, cc, pb, pc = _dot(b, b), _dot(b, c), _dot(c, c), _dot(p, b), _dot(p, c)
+    double_area_sq = bb * cc - bc * bc
+    over = 1.0 / np.where(double_area_sq > 0.0, double_area_sq, np.inf)
+    # Rasterizers see a triangle a little beyond its edges.
+    of_b = np.maximum((cc * pb - bc * pc) * over, 0.0)
+    of_c = np.maximum((bb * pc - bc * pb) * over, 0.0)
+    beyond = np.maximum(of_b + of_c, 1.0)
+    return np.stack([1.0 - (of_b + of_c) / beyond, of_b / beyond, of_c / beyond], axis=1)
+
+
+def _height(corners: Array, normals: Array, place: Array, up: Array) -> tuple[Array, Array]:
+    """(R,), (R, 3) how many times their interpolated normal, which is not a unit vector, places
+    on triangles lie below the smooth surface, on the side of `up`; see the module's text."""
+    weights = _weights(corners, place)
+    normal = np.einsum("ri,rix->rx", weights, normals)
+    turned = np.where(_dot(normal, up) > 0.0, 1.0, -1.0)
+    normals, normal = turned[:, None, None] * normals, turned[:, None] * normal
+    along = np.einsum("rix,rjx->rij", normals, corners - place[:, None])
+    envelope = along.max(axis=2).min(axis=1)
+    u, v = weights[:, 0], weights[:, 1]
+    a = _dot(normals[:, 2] - normals[:, 0], corners[:, 0] - corners[:, 2])
+    b = _dot(normals[:, 2] - normals[:, 1], corners[:, 1] - corners[:, 2])
+    c = _dot(normals[:, 1] - normals[:, 0], corners[:, 1] - corners[:, 0])
+    parabola = a * u * (u - 1.0) + (a + b + c) * u * v + b * v * (v - 1.0)
+    return np.maximum(np.maximum(envelope, 0.0), 0.5 * parabola), normal
+
+
+def _dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:
+    return np.asarray(np.einsum("nx,nx->n", a, b))

@@ -344,7 +344,9 @@ def test_facets_that_cast_no_shadow(traced: bool, scene: Any, tmp_path: Path) ->
     ball = result.seen == result.names.index("Middle")
     # No shadow has an edge on it: float32 and the points' places in Cycles are what differs.
     assert psnr(result.linked, reference, ball) > 55.0
-    assert psnr(result.unlinked, reference, ball) < 35.0
+    # Without linking, maps have facets shade themselves; traced rays start above them.
+    unlinked = psnr(result.unlinked, reference, ball)
+    assert unlinked > 55.0 if traced else unlinked < 35.0
     assert psnr(result.linked, reference, away_from_edges(result.seen)) > 45.0
 
 

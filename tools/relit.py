@@ -67,13 +67,13 @@ def read_scene(scene: Any) -> SceneArrays:
     from addon.scene.light_profile_reader import ensure_measured
     from addon.scene.light_reader import read_lights, read_muted
     from addon.scene.surface_edit_reader import read_surface_edits
-    from addon.scene.world_reader import read_world
+    from addon.scene.world_reader import read_world, world_warnings
 
     def read(depsgraph: Any) -> SceneArrays:
         geometry, world = read_geometry(depsgraph), read_world(depsgraph)
         lights = tuple(read_lights(depsgraph))
         warnings = [*geometry.warnings, *(w for light in lights for w in light.warnings)]
-        warnings += [] if world is None else world.warnings
+        warnings += world_warnings(depsgraph)
         frame, edits = int(scene.frame_current), read_surface_edits(depsgraph)
         linking = read_emitter_linking(depsgraph)
         return SceneArrays(

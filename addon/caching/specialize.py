@@ -16,6 +16,7 @@ from typing import Any
 
 import bpy
 
+from ..scene.cutout_reader import is_only_volume
 from .channels import CHANNEL_BY_NAME, Channel
 from .material_model import MODEL_NAMES, material_model, remodelled
 from .material_plan import expression_of_surface, plan_channels
@@ -136,7 +137,10 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
     context = TreeContext(tree, trees)
     output = _active_output(tree)
     lobes = Lobes() if output is None else reader.shader(context, output.inputs["Surface"])
-    if output is not None and output.inputs["Volume"].is_linked:
+    if output is not None and is_only_volume(output):
+        lobes = Lobes(transparency=ONE)
+        reader.report("it is a volume without a surface, and is not shown")
+    elif output is not None and output.inputs["Volume"].is_linked:
         reader.report("its volume is left out")
     if _is_displaced(original, output):
         reader.report("its displacement is shown as bump")

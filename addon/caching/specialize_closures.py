@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+from ..scene.cutout_reader import CLEAR
 from ..scene.node_reader import source_of
 from . import specialize_lobes
 from .channels import Distribution, ViewCurve
@@ -507,9 +508,15 @@ def _root(build: ExpressionBuilder, a: Expression) -> Expression:
 
 def _transparent(inputs: _ClosureInputs) -> Lobes:
     colour = inputs.unit("Color")
-    if not is_constant(colour, 1.0):
+    if not isinstance(colour, Constant):
         inputs.approximate("tinted transparency is shown as clear or opaque")
-    return Lobes(transparency=inputs.build.mean(colour))
+        return Lobes(transparency=inputs.build.mean(colour))
+    # As the view has it (scene/cutout_reader.py).
+    if max(colour.values) < CLEAR:
+        return Lobes()
+    if min(colour.values) < 1.0:
+        inputs.approximate("tinted transparency is shown as clear")
+    return Lobes(transparency=ONE)
 
 
 def _glass(inputs: _ClosureInputs) -> Lobes:

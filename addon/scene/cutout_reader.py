@@ -3,7 +3,8 @@
 
 The bake lets Cycles evaluate any alpha. A rasterized view or shadow map has only the
 triangles, so a mask is read here where the material's alpha is a constant or an image passed
-through Math nodes, which is how foliage is made. Any other alpha is named as a problem and
+through Math nodes, which is how foliage is made; or depends on the view alone, as that of
+window panes does, and is then taken from the front. Any other alpha is named as a problem and
 drawn opaque.
 """
 
@@ -47,8 +48,11 @@ class _Found:
 
 # Alpha nearer than this to 0 or 1 is as good as that; masks have soft texels along their outlines,
 # at most about this share of them all.
-_CLEAR = 0.02
+CLEAR = 0.02
 _MOST_BETWEEN = 0.05
+
+# Cycles' own bound.
+_LEAST_IOR = 1e-5
 
 _OPAQUE = np.ones((1, 1), dtype=np.float32)
 
@@ -59,11 +63,11 @@ def read_cutout_source(material: Any) -> CutoutSource | None:
     if tree is None:
         return None
     output = tree.get_output_node("CYCLES") or tree.get_output_node("ALL")
-    if output is None or not output.inputs["Surface"].is_linked:
+    if output is None:
         return None
     found = _Found()
     try:
-        alpha = _shader_alpha(output.inputs["Surface"], found)
+        alpha = 0.0 if is_only_volume(output) else _shader_alpha(output.inputs["Surface"], found)
     except _Unsupported as reason:
         return CutoutSource(
             _OPAQUE, None, "REPEAT", f"alpha depends on {reason}; the view draws it opaque"
@@ -77,9 +81,15 @@ def read_cutout_source(material: Any) -> CutoutSource | None:
     return CutoutSource(np.ascontiguousarray(values), found.uv_map, found.extension, problem)
 
 
+def is_only_volume(output: Any) -> bool:
+    """Whether a material's output has a volume and no surface: Cycles then shows no surface."""
+    volume, surface = (source_of(output.inputs[name]) for name in ("Volume", "Surface"))
+    return volume is not None and surface is None
+
+
 def _shown_hard(alpha: NDArray[np.float32]) -> str:
     """What to say of a mask that is neither there nor not there."""
-    between = (alpha > _CLEAR) & (alpha < 1.0 - _CLEAR)
+    between = (alpha > CLEAR) & (alpha < 1.0 - CLEAR)
     if between.mean() <= _MOST_BETWEEN:
         return ""
     if alpha.size == 1:
@@ -121,7 +131,10 @@ def _group_alpha(node: Any, _found: _Found) -> Any:
 
 def _transparent_alpha(node: Any, found: _Found) -> Any:
     color = node.inputs["Color"]
-    found.tints |= source_of(color) is not None or min(color.default_value[:3]) < 1.0 - _CLEAR
+    is_linked = source_of(color) is not None
+    if not is_linked and max(color.default_value[:3]) < CLEAR:
+        return 1.0  # black: what Cycles shows of it is opaque
+    found.tints |= is_linked or min(color.default_value[:3]) < 1.0 - CLEAR
     return 0.0
 
 
@@ -175,7 +188,21 @@ def _value(socket: Any, found: _Found) -> Any:
         return np.clip(result, 0.0, 1.0) if node.use_clamp else result
     if node.bl_idname == "ShaderNodeTexImage":
         return _image_channel(node, output.identifier, found)
+    if node.bl_idname in {"ShaderNodeFresnel", "ShaderNodeLayerWeight"}:
+        return _straight_on(node, output.identifier, found)
     raise _Unsupported(f"the node '{node.name}'")
+
+
+def _straight_on(node: Any, output: str, found: _Found) -> Any:
+    """What depends on the view, where it looks at the surface straight on; the bake has it so."""
+    if node.bl_idname == "ShaderNodeFresnel":
+        ior = np.maximum(_value(node.inputs["IOR"], found), _LEAST_IOR)
+    elif output == "Facing":
+        return 0.0
+    else:
+        # Cycles' Layer Weight: the IOR is 1 / (1 - blend).
+        ior = 1.0 / np.maximum(1.0 - _value(node.inputs["Blend"], found), _LEAST_IOR)
+    return ((ior - 1.0) / (ior + 1.0)) ** 2
 
 
 _MATH: dict[str, tuple[int, Any]] = {

@@ -22,7 +22,6 @@ class World:
         camera_visible, diffuse_visible, glossy_visible: the world's ray visibility.
         film_transparent: the render's film lets the background through.
         fingerprint: of one that varies: what the baked picture of it must have been made from.
-        warnings: one sentence for each thing that is not modelled.
     """
 
     radiance: NDArray[np.float64] | None
@@ -32,7 +31,6 @@ class World:
     glossy_visible: bool = True
     film_transparent: bool = False
     fingerprint: str = ""
-    warnings: tuple[str, ...] = ()
 
     @property
     def is_black(self) -> bool:

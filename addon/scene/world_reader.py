@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..temporary_folder import TemporaryFolder
-from .node_reader import constant_color, constant_value, output_source
+from .node_reader import constant_color, constant_value, output_source, source_of
 from .temporary_render import render_to
 from .tree_lines_reader import tree_lines
 from .world import World
@@ -53,6 +53,17 @@ def read_world(depsgraph: Any) -> World | None:
         if color is not None and strength is not None:
             return _constant(result, color * strength)
     return replace(result, fingerprint=world_fingerprint(depsgraph.scene))
+
+
+def world_warnings(depsgraph: Any) -> tuple[str, ...]:
+    """A sentence for each thing about the scene's world that is not modelled, black or not."""
+    world = depsgraph.scene_eval.world
+    if world is None or world.node_tree is None:
+        return ()
+    output = world.node_tree.get_output_node("CYCLES") or world.node_tree.get_output_node("ALL")
+    if output is None or source_of(output.inputs["Volume"]) is None:
+        return ()
+    return (f"world '{world.name}': its volume is not shown",)
 
 
 def world_fingerprint(scene: Any) -> str:

@@ -23,7 +23,7 @@ from ..scene.render_region import RenderRegion
 from ..scene.surface_edit_reader import read_surface_edits
 from ..scene.view import View
 from ..scene.world import World
-from ..scene.world_reader import read_world
+from ..scene.world_reader import read_world, world_warnings
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
 from .cache_state import note_staleness
@@ -136,9 +136,9 @@ class SceneSession:
             self.session.set_surface_edits(read_surface_edits(depsgraph))
         if changes.world:
             self._set_world(read_world(depsgraph))
+            self._warnings["world"] = world_warnings(depsgraph)
 
     def _set_world(self, world: World | None) -> None:
-        self._warnings["world"] = world.warnings if world is not None else ()
         baked = self._manifest.world_fingerprint
         changed = world is not None and world.needs_baking and world.fingerprint != baked
         if world is not None and changed and self._manifest.world is not None:

@@ -57,10 +57,8 @@ from .graph.frame_passes import (
     VIEW,
     VISIBLE_SURFACE,
     WORLD,
-    WORLD_LAYER,
     LightNode,
     frame_passes,
-    layer_pass,
     light_input,
     shadow_pass,
 )
@@ -71,7 +69,7 @@ from .layers.layer_stages import LayerStages
 from .layers.light_mix import LightMix, MixPart
 from .layers.picture import Picture
 from .lights.glowing_objects import GlowingObjects
-from .lights.light_edit import changed_parts, layer_scale
+from .lights.light_set import LightSet
 from .shadows.shadow_frustum import ShadowSettings
 from .world.world_pass import WorldTextures
 
@@ -144,9 +142,7 @@ class RelightSession:
         glows = self._has_emission and mesh_lights
         self._glowing = GlowingObjects(self._sampler) if glows else None
         self._given: tuple[Light, ...] = ()
-        self._lights: dict[str, Light] = {}
-        self._light_of_layer: dict[str, str] = {}
-        self._muted: set[str] = set()
+        self._lights = LightSet(has_emission=self._has_emission)
         self._edited: tuple[str, ...] = ()
         self._world: World | None = None
         self._world_textures: WorldTextures | None = None
@@ -206,25 +202,13 @@ class RelightSession:
             drawing = self._drawing
             places, reached = drawing.visible_places(), drawing.reached
             lights = [*lights, *self._glowing.choose(lights, places, reached)]
-        new = {light.name: light for light in lights}
-        touched = []
-        for name, light in self._lights.items():
-            if name in new:
-                parts = changed_parts(light, new[name])
-                touched += [light_input(name, part) for part in parts]
-                if not parts and (light.mute, light.solo) == (new[name].mute, new[name].solo):
-                    # The same object again: what was made for it serves on.
-                    new[name] = light
-        edited = {name.rpartition(": ")[0] for name in touched} | (set(new) - set(self._lights))
-        gone = [name for name in self._lights if name not in new]
-        self._lights = new
-        self._light_of_layer = {layer_pass(name): name for name in new}
+        changes = self._lights.replace(lights)
         self._forget(self._graph.replace(self._passes()))
-        self._touch(*touched)
-        for name in gone:
+        self._touch(*changes.inputs)
+        for name in changes.gone:
             self._drawing.forget_light(name)
-        if edited:
-            self._edited = tuple(layer_pass(name) for name in new if name in edited)
+        if changes.edited:
+            self._edited = changes.edited
 
     def set_emitter_linking(self, linking: Mapping[str, LightLinking]) -> None:
         """Objects that glow light, and are shadowed by, others than before; by their names."""
@@ -252,9 +236,7 @@ class RelightSession:
 
         What is muted is kept, and refined only when it is back.
         """
-        self._muted = {
-            name for name, mute in ((WORLD_LAYER, world), (EMISSION_LAYER, emission)) if mute
-        }
+        self._lights.mute(world=world, emission=emission)
 
     def set_world(self, world: World | None) -> None:
         """The world was edited; None for a black one.
@@ -293,9 +275,7 @@ class RelightSession:
         self._shadow_settings = shadows
         self._drawing.set_shadows(shadows)
         self._forget(self._graph.replace(self._passes()))
-        self._touch(
-            *(light_input(n, "shadow casting") for n, x in self._lights.items() if x.use_shadow)
-        )
+        self._touch(*(light_input(x.name, "shadow casting") for x in self._lights if x.use_shadow))
 
     # Pictures -----------------------------------------------------------------------------
 
@@ -303,7 +283,7 @@ class RelightSession:
     def samples_done(self) -> int:
         """Samples of the refined picture that every layer has."""
         self._require_layers()
-        done = self._stages.next_sample(self._wanted())
+        done = self._stages.next_sample(self._lights.wanted)
         return self._stages.count if done is None else done
 
     @property
@@ -311,7 +291,7 @@ class RelightSession:
         """View pixels along the side of a pixel of the coarsest layer that is shown; 0 while some
         layer has nothing to show yet."""
         self._require_layers()
-        shown = [self._stages.shown(name) for name in self._wanted()]
+        shown = [self._stages.shown(name) for name in self._lights.wanted]
         return 0 if None in shown else max(s.stack.stride for s in shown if s is not None)
 
     def step(self, *, announce: bool = False) -> bool:
@@ -334,10 +314,10 @@ class RelightSession:
 
     def _step(self) -> bool:
         self._require_layers()
-        if self._stages.has_previews(self._wanted()) and self._find_shading_samples():
+        if self._stages.has_previews(self._lights.wanted) and self._find_shading_samples():
             return True
         start = time.perf_counter()
-        drawn = self._stages.advance(self._wanted(), self._drawer, self._edited)
+        drawn = self._stages.advance(self._lights.wanted, self._drawer, self._edited)
         if drawn is None:
             return False
         name, staged = drawn
@@ -358,7 +338,7 @@ class RelightSession:
             Cancelled: raised by `progress`; what was drawn is kept.
         """
         self._require_layers()
-        names, count = self._wanted(), self._stages.count
+        names, count = self._lights.wanted, self._stages.count
         start = 0.0
         if self._stages.next_sample(names) is not None:
             while self._find_shading_samples():
@@ -371,20 +351,21 @@ class RelightSession:
             if drawn is not None:
                 self._clean(drawn)
         progress(1.0, f"{count} samples")
-        layers = {name: self._read_layer(name) for name in self._audible()}
+        layers = {name: self._read_layer(name) for name in self._lights.audible}
         return Picture(
             combined=read_texture(self._draw_mix(keep=False)),
             layers={
-                self._shown_name(n): np.sum([*parts.values()], 0) for n, parts in layers.items()
+                self._lights.shown_name(n): np.sum([*parts.values()], 0)
+                for n, parts in layers.items()
             },
             correspondence=self._sampler.correspondence().read(),
             coverage=self._sampler.coverage(),
             samples=count,
-            glowing=tuple(n for n, light in self._lights.items() if light.type == "MESH"),
+            glowing=tuple(light.name for light in self._lights if light.type == "MESH"),
             lobes={
-                self._light_of_layer[name]: parts
+                light.name: parts
                 for name, parts in layers.items()
-                if self._drawing.parts and name in self._light_of_layer
+                if self._drawing.parts and (light := self._lights.of_layer(name)) is not None
             },
         )
 
@@ -438,7 +419,7 @@ class RelightSession:
         traces = self._shadow_settings.traces
         nodes = [
             LightNode(light.name, light.use_shadow, traces(light) or light.type == "SUN")
-            for light in self._lights.values()
+            for light in self._lights
         ]
         return frame_passes(nodes, has_emission=self._has_emission)
 
@@ -458,9 +439,9 @@ class RelightSession:
         """Drop what dirty passes made."""
         if SURFACES in dirty and self._view is not None:
             self._drawing.forget_surfaces()
-        for name in self._lights:
-            if shadow_pass(name) in dirty:
-                self._drawing.forget_shadows(name)
+        for light in self._lights:
+            if shadow_pass(light.name) in dirty:
+                self._drawing.forget_shadows(light.name)
         self._stages.drop(dirty)
 
     def _clean(self, layer: str) -> None:
@@ -468,18 +449,18 @@ class RelightSession:
         # Which needed the view's surfaces.
         self._graph.clean(VISIBLE_SURFACE, CORRESPONDENCE, SURFACES)
         if self._stages.finished(layer):
-            light = self._light_of_layer.get(layer)
-            self._graph.clean(layer, *(() if light is None else (shadow_pass(light),)))
-        if self._stages.next_sample(self._wanted()) is None:
+            light = self._lights.of_layer(layer)
+            self._graph.clean(layer, *(() if light is None else (shadow_pass(light.name),)))
+        if self._stages.next_sample(self._lights.wanted) is None:
             self._graph.clean(PICTURE)
 
     def _textures_of(self, layer: str) -> int:
         """How many textures a layer has."""
-        return max(len(self._drawing.parts), 1) if layer in self._light_of_layer else 1
+        return max(len(self._drawing.parts), 1) if self._lights.of_layer(layer) else 1
 
     def _in_cells(self, layer: str) -> bool:
         """Whether a layer is that of a light whose highlights come cell by cell."""
-        light = self._lights.get(self._light_of_layer.get(layer, ""))
+        light = self._lights.of_layer(layer)
         return light is not None and self._drawing.in_cells(light)
 
     def _required_view(self) -> View:
@@ -487,41 +468,19 @@ class RelightSession:
             raise RuntimeError("set a view before drawing")
         return self._view
 
-    def _layer_names(self) -> list[str]:
-        # The world's layer is always there: it holds the picture's alpha.
-        names = [*self._light_of_layer, WORLD_LAYER]
-        return [*names, EMISSION_LAYER] if self._has_emission else names
-
-    def _audible(self) -> list[str]:
-        """The layers that are in the picture."""
-        lights = {layer: self._lights[name] for layer, name in self._light_of_layer.items()}
-        if any(light.solo for light in lights.values()):
-            return [layer for layer, light in lights.items() if light.solo]
-        mutes_glow = EMISSION_LAYER in self._muted
-        silent = self._muted | {
-            layer
-            for layer, light in lights.items()
-            if light.mute or (mutes_glow and light.type == "MESH")
-        }
-        return [name for name in self._layer_names() if name not in silent]
-
-    def _wanted(self) -> list[str]:
-        """The layers to draw: those in the picture, and the world's, which holds its alpha."""
-        return list(dict.fromkeys([*self._audible(), WORLD_LAYER]))
-
     def _require_layers(self) -> None:
         view = self._required_view()
-        self._stages.require(self._layer_names(), view.width, view.height)
+        self._stages.require(self._lights.layers, view.width, view.height)
 
     def _draw_mix(self, *, keep: bool) -> Texture:
         view = self._required_view()
         parts = {}
-        audible = self._audible()
-        for name in self._wanted():
+        audible = self._lights.audible
+        for name in self._lights.wanted:
             shown = self._stages.shown(name)
             if shown is not None:
                 layer = shown.layer
-                scale = self._scale(name) if name in audible else np.zeros(3)
+                scale = self._lights.scale(name) if name in audible else np.zeros(3)
                 red, green, blue = (float(v) for v in scale / layer.samples)
                 parts[name] = MixPart(
                     layer.textures,
@@ -531,21 +490,11 @@ class RelightSession:
                 )
         return self._mix.draw(parts, view.width, view.height, keep=keep)
 
-    def _scale(self, layer: str) -> NDArray[np.float64]:
-        """(3,) what a layer is multiplied with."""
-        name = self._light_of_layer.get(layer)
-        return np.ones(3) if name is None else layer_scale(self._lights[name])
-
-    def _shown_name(self, layer: str) -> str:
-        if layer in self._light_of_layer:
-            return self._light_of_layer[layer]
-        return f"{layer} (scene)" if layer in self._lights else layer
-
     def _read_layer(self, name: str) -> dict[str, NDArray[np.float32]]:
         """A layer's parts, (H, W, 3) each."""
         layer = self._stages.mean(name)
-        factor = (self._scale(name) / layer.samples).astype(np.float32)
-        parts = self._drawing.parts if name in self._light_of_layer else ()
+        factor = (self._lights.scale(name) / layer.samples).astype(np.float32)
+        parts = self._drawing.parts if self._lights.of_layer(name) else ()
         return {
             part: read_texture(texture)[..., :3] * factor
             for part, texture in zip(parts or ("",), layer.textures, strict=True)
@@ -563,9 +512,9 @@ class RelightSession:
                 raise
 
         def add_sample(name: str, layer: LightLayer, k: int) -> None:
-            light = self._light_of_layer.get(name)
+            light = self._lights.of_layer(name)
             if light is not None:
-                self._drawing.light(self._lights[light], layer, k, stack.count, stack.stride)
+                self._drawing.light(light, layer, k, stack.count, stack.stride)
             elif name == EMISSION_LAYER:
                 self._drawing.emission(layer, k, stack.stride)
             else:

@@ -92,5 +92,5 @@ def test_the_camera_moves_between_the_frames_of_the_shot(room: Path) -> None:
         scene.frame_set(frame)
         places.append(np.array(scene.camera.matrix_world.translation))
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    assert len(places) == 4
+    assert len(places) == len(demo_scene.SHOT_FRAMES) > 1
     assert steps.min() > 0.3

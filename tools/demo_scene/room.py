@@ -23,7 +23,7 @@ CAMERA_KEYS = (
     (100, (-1.15, -1.60, 1.38), (0.25, 0.80, 0.90)),
 )
 # Frames that the demo renders, on the way and not at its keys alone.
-SHOT_FRAMES = (1, 34, 67, 100)
+SHOT_FRAMES = (1, 67, 100)
 # What the demo does to the lights, in the words of `relume relight --lights`.
 LIGHT_EDITS: dict[str, dict[str, Any] | None] = {
     "Pendant": {"location": [0.35, 0.15, 1.86], "color": [1.0, 0.32, 0.16], "energy": 120.0},

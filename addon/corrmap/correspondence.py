@@ -34,6 +34,7 @@ from .candidate_cameras import (
     candidate_samplers,
     list_count,
 )
+from .normal_bend import NormalBendPass
 from .shading_normals import MeshNormalPass, ShadingNormalPass
 from .surface_buffer import SurfaceBuffer
 from .tile_pages import TilePages
@@ -130,6 +131,7 @@ class GatherPass:
         pages: the cache on the GPU.
         origin: of local space.
         normals: of the mesh, where some are smooth and some material has them.
+        bends: by how much normals turn, where some are smooth and some material has highlights.
     """
 
     def __init__(
@@ -137,9 +139,11 @@ class GatherPass:
         pages: TilePages,
         origin: NDArray[np.float64],
         normals: ShadingNormalPass | None = None,
+        bends: NormalBendPass | None = None,
     ) -> None:
         self._pages = pages
         self._normals = normals
+        self._bends = bends
         self._origin = np.array(origin, dtype=np.float64)
         self._cameras = camera_table(pages.cameras, pages.numbers, origin, pages.scale_shifts)
         # Position is handed through from the visible surface; the rest is written here.
@@ -212,6 +216,7 @@ class GatherPass:
             layout=self._pages.surface_layout,
             objects=visible.objects,
             triangles=visible.seen_triangles,
+            bend=None if self._bends is None else self._bends.of(visible),
         )
 
     def at(self, visible: VisibleSurface, surface: SurfaceBuffer) -> SurfaceBuffer:
@@ -222,6 +227,7 @@ class GatherPass:
             position=visible.position,
             geometric_normal=visible.normal,
             triangles=visible.seen_triangles,
+            bend=None if self._bends is None else self._bends.of(visible),
         )
         if not surface.layout.mesh_normals:
             return placed

@@ -49,6 +49,9 @@ _MOST = 1 << 24
 # A position, a normal and a triangle.
 _BYTES_OF_PLACES = 40
 
+# Where normals turn.
+_BYTES_OF_BEND = 16
+
 # Of a texture of values, where normals are the mesh's there.
 _BYTES_OF_VALUES = 16
 
@@ -177,6 +180,7 @@ class ShadingSamples:
             surface = replace(surface, objects=self._objects_of(triangles))
         own_values = len(surface.layout.textures_with_mesh_normals)
         texel_bytes = _BYTES_OF_PLACES + own_values * _BYTES_OF_VALUES
+        texel_bytes += _BYTES_OF_BEND * (surface.bend is not None)
         size = texel_bytes * surface.width * surface.height
         if k in self._kept or size * (len(self._kept) + 1) < self._memory_budget:
             self._kept[k] = (surface, triangles)
@@ -229,9 +233,8 @@ class ShadingSamples:
                     np.concatenate(picture), "RGBA32F" if components == 4 else "RG32F"
                 )
             )
-        return VisibleSurface(
-            whole[0], whole[1], own.eye, whole[2], scene_triangle=own.scene_triangle
-        )
+        position, normal, triangles = whole
+        return replace(own, position=position, normal=normal, triangles=triangles)
 
     def _hits(self, k: int) -> VisibleSurface:
         """Where the atlas' samples are shaded for sample k."""
@@ -250,9 +253,8 @@ class ShadingSamples:
             },
             {"hits": {"offset": self._looks.offset(k), "height": self._lists.lists.height}},
         )
-        return VisibleSurface(
-            targets[0], targets[1], own.eye, targets[2], scene_triangle=own.scene_triangle
-        )
+        position, normal, triangles = targets
+        return replace(own, position=position, normal=normal, triangles=triangles)
 
     def _gather_next(self) -> None:
         hits = self._hits(self._gathered)

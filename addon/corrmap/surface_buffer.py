@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import Texture
+from .normal_bend import NormalBend
 from .seen_triangles import SeenTriangles
 from .surface_layout import OBJECT_SAMPLER, SurfaceLayout
 
@@ -40,6 +41,8 @@ class SurfaceBuffer:
         picture_height: how many of the rows are a picture, with neighbours side by side; None for
             all.
         triangles: which triangles are seen; None where that is not known.
+        bend: by how much the mesh's normals turn there; None where all faces are flat, or none has
+            highlights.
     """
 
     width: int
@@ -55,6 +58,7 @@ class SurfaceBuffer:
     objects: Texture | None = None
     picture_height: int | None = None
     triangles: SeenTriangles | None = None
+    bend: NormalBend | None = None
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""

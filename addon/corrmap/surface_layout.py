@@ -19,8 +19,9 @@ from ..caching.plan import ChannelPlan
 from ..glsl.shader import Samplers, SamplerType, source
 
 # Textures that a pass reads beside the surfaces' values: position, normal, material table, three
-# albedo tables; of a light its shadow map, the objects seen and their weights, of the world two.
-OTHER_TEXTURES = 9
+# albedo tables; of a light how normals turn, its shadow map, the objects seen and their weights, of
+# the world two.
+OTHER_TEXTURES = 10
 
 # What a pass declares that reads `SurfaceBuffer.objects`.
 OBJECT_SAMPLER: tuple[str, SamplerType] = ("surface_object", "FLOAT_2D")

@@ -28,6 +28,7 @@ from .correspondence import (
 )
 from .geometry_buffer import GeometryBuffer
 from .local_scene import LocalScene
+from .normal_bend import NormalBendPass
 from .pixel_list_pass import PixelListTextures
 from .shading_normals import ShadingNormalPass
 from .shading_samples import ShadingSamples, fits_lists
@@ -345,8 +346,8 @@ class SurfaceSampler:
         surface = self._gather_pass.draw(visible, correspondence)
         if index == 0:
             self._correspondence = correspondence
-        # Position, geometric normal, values, and the correspondence map once.
-        textures = 3 + self.layout.texture_count
+        # Position, normal, how normals turn, values, and the correspondence map once.
+        textures = 3 + (surface.bend is not None) + self.layout.texture_count
         pixels = view.width * view.height * len(self._samples)
         numbers = _BYTES_PER_RG32F + with_objects * _BYTES_PER_R32F
         kept = pixels * (textures * _BYTES_PER_RGBA32F + numbers)
@@ -417,9 +418,11 @@ class SurfaceSampler:
         self._correspondence_pass = CorrespondencePass(self._pages, origin)
         # Only where some material has the normals of the mesh, and some of these are smooth.
         is_smooth = self._geometry.corner_normals is not None
-        reads = is_smooth and self._pages.surface_layout.mesh_normals
-        normals = ShadingNormalPass(buffer) if reads else None
-        self._gather_pass = GatherPass(self._pages, origin, normals)
+        layout = self._pages.surface_layout
+        normals = ShadingNormalPass(buffer) if is_smooth and layout.mesh_normals else None
+        shines = is_smooth and layout.has("HAS_SPECULAR")
+        bends = NormalBendPass(buffer) if shines else None
+        self._gather_pass = GatherPass(self._pages, origin, normals, bends)
 
 
 def _near_clip(view: View) -> float:

@@ -79,6 +79,8 @@ class VisibleSurface:
             down and the rest, 0 and 0 for nothing.
         objects: R32F, 1 + object id (exact: fewer than 2^24), 0 for nothing; if asked for.
         scene_triangle: `GeometryBuffer.scene_triangle`.
+        pixel: width of a pixel in metres, 1 m from the eye or of a parallel projection; 0 where
+            that is not known.
     """
 
     position: Texture
@@ -87,6 +89,7 @@ class VisibleSurface:
     triangles: Texture
     objects: Texture | None = None
     scene_triangle: NDArray[np.int64] | None = None
+    pixel: float = 0.0
 
     def triangle_numbers(self) -> NDArray[np.int64]:
         """(H, W) each pixel's triangle by its number in the `GeometryBuffer`, -1 for nothing;
@@ -183,7 +186,9 @@ class VisibleSurfacePass:
             {"ray": rays},
         )
         eye = local_eye(view, geometry.origin)
-        return VisibleSurface(position, normal, eye, triangles, objects, geometry.scene_triangle)
+        return VisibleSurface(
+            position, normal, eye, triangles, objects, geometry.scene_triangle, _pixel_width(view)
+        )
 
     @property
     def origin(self) -> NDArray[np.float64]:
@@ -207,6 +212,12 @@ def _with_objects(description: PassShader) -> PassShader:
         outputs=(*description.outputs, ("FLOAT", "visible_object")),
         defines=(*description.defines, ("HAS_OBJECT_ID", "1")),
     )
+
+
+def _pixel_width(view: View) -> float:
+    """See `VisibleSurface.pixel`; of pixels that are not square the mean."""
+    across, up = view.clip_from_camera[0, 0], view.clip_from_camera[1, 1]
+    return float(2.0 / np.sqrt(abs(across * up) * view.width * view.height))
 
 
 def _with_poses(description: PassShader) -> PassShader:

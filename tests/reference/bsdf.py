@@ -54,6 +54,8 @@ class Lobe:
         self.span = (get("dielectric") * (self.layer_f90 - self.layer_f0))[..., None]
         covered = np.where(self.layer_f90 > 0.0, self.layer_f90, 1.0)
         self.ratio = np.clip(self.layer_f0 / covered, 0.0, 1.0)
+        flat = np.zeros((*surface.hit.shape, 4))
+        self.bend = flat if surface.bend is None else surface.bend
         self.N_specular = specular_normal(self.N, self.Ng, self.V)
         self.NoV = dot(self.N_specular, self.V)
         self.view_weight = self._view_weight(surface, number)
@@ -237,18 +239,22 @@ class Lobe:
         F = self.f0 + (self.f90 - self.f0) * schlick + self.span * (dielectric - schlick)
         return np.maximum(F - self.dip * (LoH * (1.0 - LoH) ** 6)[..., None], 0.0)
 
-    def alphas_sq(self, along: Array) -> Array:
+    def alphas_sq(self, along: Array, normal: Array | None = None) -> Array:
         """(H, W) Heitz 2014, eq. 80: alpha projected on a direction's azimuth, squared."""
-        Y = np.cross(self.N_specular, self.tangent)
+        N = self.N_specular if normal is None else normal
+        Y = np.cross(N, self.tangent)
         Y = Y / np.linalg.norm(Y, axis=-1, keepdims=True)
-        x, y = dot(along, np.cross(Y, self.N_specular)) ** 2, dot(along, Y) ** 2
+        x, y = dot(along, np.cross(Y, N)) ** 2, dot(along, Y) ** 2
         ax, ay = self.roughness**2 / self.aspect, self.roughness**2 * self.aspect
         return np.asarray((x * ax**2 + y * ay**2) / np.maximum(x + y, 1e-300))
 
-    def smooth_terms(self, L: Array, LoH: Array, NoH: Array, NoL: Array, mass: Array) -> Array:
-        """(H, W, 3) the specular lobe of a mass (H, W) of its facets' slopes: at most all light."""
-        NoV = self.NoV
-        pairs = ((NoV, self.alphas_sq(self.V)), (NoL, self.alphas_sq(L)))
+    def smooth_terms(
+        self, N: Array, L: Array, *, LoH: Array, NoH: Array, NoL: Array, mass: Array
+    ) -> Array:
+        """(H, W, 3) the specular lobe of a mass (H, W) of its facets' slopes: at most all light.
+        N (H, W, 3) is the normal that masks and foreshortens."""
+        NoV = np.where(dot(N, self.V) > 0.0, dot(N, self.V), 1.0)
+        pairs = ((NoV, self.alphas_sq(self.V, N)), (NoL, self.alphas_sq(L, N)))
         lambdas = sum(0.5 * (np.sqrt(1.0 + a * (1.0 / c**2 - 1.0)) - 1.0) for c, a in pairs)
         ggx = LoH / (NoH * NoV * (1.0 + lambdas))
         beckmann = LoH / (NoH * NoV * (1.0 + sum(_beckmann(c, a) for c, a in pairs)))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from addon.scene.frame_across import frame_across
 
 from .bsdf import Lobe, dot
+from .normal_bend import widened
 
 Array = NDArray[np.float64]
 
@@ -37,9 +38,11 @@ class Cells:
 
 @dataclass(frozen=True)
 class HalfVector:
-    """Where the smooth terms of a lobe are taken, and the mass (H, W) of its facets."""
+    """Where the smooth terms of a lobe are taken, the normal N there, and the mass (H, W) of its
+    facets."""
 
     mass: Array
+    N: Array
     L: Array
     LoH: Array
     NoH: Array
@@ -49,18 +52,19 @@ class HalfVector:
 def is_point(lobe: Lobe, cells: Cells) -> NDArray[np.bool_]:
     """(H, W) where the cell is small beside the lobe, or the lobe is Phong's."""
     small = cells.angular_sq < SMALL_CELL_SQ * np.maximum(lobe.roughness**4, 2e-10)
-    return np.asarray(small | (lobe.distribution == 4.0))
+    bent = _frame(lobe)[4].any(axis=-1)
+    return np.asarray((small & ~bent) | (lobe.distribution == 4.0))
 
 
 def half_alphas(lobe: Lobe) -> Array:
     """(H, W, 2) the lobe's alpha along its axes."""
-    return np.stack(_frame(lobe)[2:], axis=-1)
+    return np.stack(_frame(lobe)[2:4], axis=-1)
 
 
 def half_slopes(lobe: Lobe, ways: Array) -> tuple[Array, Array]:
     """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), and
     the cosines (H, W, S) of the ways with the lobe's normal."""
-    X, Y, ax, ay = _frame(lobe)
+    X, Y, ax, ay, _ = _frame(lobe)
     directions = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
     H = directions + lobe.V[..., None, :]
     x, y, z = (np.einsum("hwsi,hwi->hws", H, axis) for axis in (X, Y, lobe.N_specular))
@@ -71,7 +75,7 @@ def half_slopes(lobe: Lobe, ways: Array) -> tuple[Array, Array]:
 def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     """The centre of what the cell's slopes weigh in the lobe."""
     N, V = lobe.N_specular, lobe.V
-    X, Y, ax, ay = _frame(lobe)
+    X, Y, ax, ay, bent = _frame(lobe)
     directions, kept = _above(cells.corners, N)
     H = directions / np.linalg.norm(directions, axis=-1, keepdims=True) + V[..., None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -80,14 +84,16 @@ def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     s = np.stack(slopes, axis=-1)
     s = np.where(kept[..., None], s, 0.0)
     mass, centre = _mass(lobe, s, kept, np.stack([ax, ay], axis=-1))
-    H = N + centre[..., :1] * ax[..., None] * X + centre[..., 1:] * ay[..., None] * Y
+    slope = centre * np.stack([ax, ay], axis=-1)
+    H, N = (N + a[..., :1] * X + a[..., 1:] * Y for a in (slope, bent * slope))
     H /= np.linalg.norm(H, axis=-1, keepdims=True)
+    N /= np.linalg.norm(N, axis=-1, keepdims=True)
     LoH = dot(V, H)
     L = 2.0 * LoH[..., None] * H - V
-    return HalfVector(mass, L, LoH, dot(N, H), dot(N, L))
+    return HalfVector(mass, N, L, LoH, dot(N, H), dot(N, L))
 
 
-def _frame(lobe: Lobe) -> tuple[Array, Array, Array, Array]:
+def _frame(lobe: Lobe) -> tuple[Array, ...]:
     N = lobe.N_specular
     alpha = np.maximum(lobe.roughness**2, np.sqrt(2e-10))
     any_frame = np.apply_along_axis(lambda n: frame_across(n).ravel(), -1, N)
@@ -97,7 +103,7 @@ def _frame(lobe: Lobe) -> tuple[Array, Array, Array, Array]:
     Y = np.where(turned, Y / np.where(length > 0.0, length, 1.0), any_frame[..., 3:])
     X = np.where(turned, np.cross(Y, N), any_frame[..., :3])
     aspect = np.where(turned[..., 0], lobe.aspect, 1.0)
-    return X, Y, alpha / aspect, alpha * aspect
+    return widened(X, Y, alpha / aspect, alpha * aspect, lobe.bend)
 
 
 def _above(corners: Array, N: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -108,9 +108,11 @@ def specular(
         return point
     half = half_vector(lobe, cells)
     seen = (half.LoH > 0.0) & (half.NoL > 0.0) & (lobe.NoV > 0.0) & (half.mass > 0.0)
+    seen &= dot(half.N, lobe.V) > 0.0
     LoH, NoL = np.where(seen, half.LoH, 1.0), np.where(seen, half.NoL, 1.0)
     mass = np.where(seen, half.mass, 0.0)
-    terms = lobe.smooth_terms(half.L, LoH, np.where(seen, half.NoH, 1.0), NoL, mass)
+    NoH = np.where(seen, half.NoH, 1.0)
+    terms = lobe.smooth_terms(half.N, half.L, LoH=LoH, NoH=NoH, NoL=NoL, mass=mass)
     if light.type == "SPOT" and sample.per_receiver:
         place = surface.position[..., :3] + surface.origin
         cones = np.stack([_cone(light, -w) for w in _ways_to_spots(light, sample, place)], axis=2)

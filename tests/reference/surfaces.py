@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from addon.caching.channels import CHANNEL_BY_NAME, channels_of, lobe_channel
 from addon.caching.plan import ChannelPlan
+from addon.corrmap.normal_bend import NormalBend
 from addon.corrmap.surface_buffer import SurfaceBuffer
 from addon.corrmap.surface_layout import SurfaceLayout
 from addon.glsl.shader import Texture, texture_from_array
@@ -34,6 +35,8 @@ class Surfaces:
     lobes: int = 1
     # (H, W) index of the object that is seen, -1 for none; None where nobody asks.
     objects: NDArray[np.int64] | None = None
+    # (H, W, 4) as `NormalBend.texture` has it.
+    bend: Array | None = None
 
     def channel(self, field: str, lobe: int = 1) -> Array:
         """(H, W, components), or (H, W) for one component."""
@@ -97,7 +100,14 @@ class Surfaces:
             texture_from_array(np.zeros((1, 8, 4), dtype=np.float32), "RGBA32F"),
             layout,
             None if self.objects is None else _number_texture(self.objects + 1),
+            bend=None if self.bend is None else _bend(self.bend),
         )
+
+
+def _bend(values: Array) -> NormalBend:
+    """Of a single sample."""
+    texture = texture_from_array(values.astype(np.float32), "RGBA32F")
+    return NormalBend(None, texture, texture, np.zeros(4), 0.0, {1: texture})  # type: ignore[arg-type]
 
 
 def _number_texture(numbers: NDArray[np.int64]) -> Texture:

@@ -10,7 +10,8 @@
  * What else the lobe has, Fresnel's term and masking, changes slowly over a cell; taken at the
  * moment's centre, what is linear of it is exact. Of other lobes, what is within a slope is known
  * (`mass_beyond`), and a few points of each edge are summed: neighbouring cells have the same ones,
- * so that only the light's own outline has any error. Needs light.glsl, bsdf.glsl and angle.glsl. */
+ * so that only the light's own outline has any error. Needs light.glsl, bsdf.glsl and angle.glsl, and
+ * with HAS_BENDS bend.glsl. */
 
 /* Masses are differences of angles that lost their digits: a thousandth is wrong of this one. Below,
  * a lobe's tail is smooth: its density at the corners and their middle serves, with weights that are
@@ -26,9 +27,12 @@ struct Facets {
   vec3 N;
   mat2x3 across;
   vec2 alpha;
+#ifdef HAS_BENDS
+  vec2 bent; /* which share of alpha's square comes from normals that turn */
+#endif
 };
 
-Facets lobe_facets(Lobe lobe, vec3 N)
+Facets own_facets(Lobe lobe, vec3 N)
 {
   /* Below Cycles' limit of a mirror nothing of the lobe's width is seen. */
   float alpha = max(lobe.roughness * lobe.roughness, sqrt(MIRROR_ALPHA_SQ));
@@ -50,6 +54,15 @@ Facets lobe_facets(Lobe lobe, vec3 N)
   }
 #endif
   facets.across = frame_across(N);
+  return facets;
+}
+
+Facets lobe_facets(Lobe lobe, vec3 N)
+{
+  Facets facets = own_facets(lobe, N);
+#ifdef HAS_BENDS
+  facets.bent = widen(facets.across, facets.alpha);
+#endif
   return facets;
 }
 
@@ -285,6 +298,9 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   }
   Facets facets = lobe_facets(lobe, N);
   bool is_point = lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y;
+#ifdef HAS_BENDS
+  is_point = is_point && facets.bent == vec2(0.0);
+#endif
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 3.5 && lobe.distribution < 4.5) {
     /* Phong's has no half vector. */
@@ -303,10 +319,18 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
     return vec3(0.0);
   }
   vec3 H = normalize(N + facets.across * (facets.alpha * cell.yz));
+#ifdef HAS_BENDS
+  if (facets.bent != vec2(0.0)) {
+    /* Of the normals, which are as many from everywhere within the pixel, those have this half
+     * vector that lean this way: masked and foreshortened is what lies there. */
+    N = normalize(N + facets.across * (facets.bent * facets.alpha * cell.yz));
+    NoV = dot(N, V);
+  }
+#endif
   float LoH = dot(V, H);
   vec3 L = 2.0 * LoH * H - V;
   float NoL = dot(N, L);
-  if (LoH <= 0.0 || NoL <= 0.0) {
+  if (NoV <= 0.0 || LoH <= 0.0 || NoL <= 0.0) {
     return vec3(0.0);
   }
   Alphas a = lobe_alphas(lobe, N, V, L, H);

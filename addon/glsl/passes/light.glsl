@@ -144,6 +144,9 @@ void main()
     return;
   }
 #endif
+#ifdef HAS_BENDS
+  normal_bend = texelFetch(surface_bend, surface_texel(view.stride), 0);
+#endif
   Incidence lit = incidence(s.position);
   vec3 color = light.intensity.rgb;
   vec3 through = vec3(1.0);

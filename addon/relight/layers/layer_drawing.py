@@ -199,6 +199,7 @@ class LayerDrawing:
                 weight=1.0 / points,
                 stride=stride,
                 objects=objects,
+                samples=count,
             )
 
     def emission(self, layer: LightLayer, k: int, stride: int) -> None:

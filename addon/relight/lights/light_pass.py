@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...corrmap.normal_bend import BEND_SAMPLER
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...corrmap.surface_layout import SurfaceLayout
 from ...glsl.shader import GlslType, PassShader, ShaderProgram, adding
@@ -79,6 +80,7 @@ class _Variant:
     has_ambient: bool
     filters: FilterKinds
     by_object: bool
+    bends: bool
 
 
 class LightPass:
@@ -123,6 +125,7 @@ class LightPass:
         weight: float = 1.0,
         stride: int = 1,
         objects: Any = None,
+        samples: int = 1,
     ) -> None:
         """Add `weight` times the radiance that this point of the light causes.
 
@@ -137,14 +140,25 @@ class LightPass:
             weight: usually 1 / count of the view's samples.
             stride: view pixels along the side of one of the target's.
             objects: `ObjectShares.texture`; `surface` must then have its `objects`.
+            samples: of how many of a pixel this is one.
         """
         if not light.is_lit:
             return
         intensity = light.intensity if color is None else color
         filters = self._filters.of(light)
         kind = None if shadow is None else shadow.kind
-        program = self._program(light, sample, kind, kinds(filters), objects is not None)
+        bend = surface.bend if self._sees_extent(light) else None
+        program = self._program(
+            light,
+            sample,
+            kind,
+            kinds(filters),
+            by_object=objects is not None,
+            bends=bend is not None,
+        )
         textures = surface.textures() | self._tables.textures(self._layout)
+        if bend is not None:
+            textures[BEND_SAMPLER[0][0]] = bend.texture(samples)
         uniforms: dict[str, Mapping[str, Any]] = {
             "view": view_uniforms(surface, stride),
             "light": light_uniforms(light, sample, surface.origin, weight * intensity),
@@ -163,27 +177,34 @@ class LightPass:
             with adding():
                 program.draw_batch(tiles.batch, target, textures, uniforms)
 
+    def _sees_extent(self, light: Light) -> bool:
+        """Whether lobes see more than a point of a light."""
+        shines = light.specular_factor * light.controls.specular != 0.0
+        return shines and self._layout.has("HAS_SPECULAR") and has_extent(light)
+
     def _program(
         self,
         light: Light,
         sample: LightSample,
         shadow: ShadowKind | None,
         filters: FilterKinds,
+        *,
         by_object: bool,
+        bends: bool,
     ) -> ShaderProgram:
         has_spread = light.type == "AREA" and light.spread < np.pi
         controls = light.controls
-        shines = light.specular_factor * controls.specular != 0.0
         variant = _Variant(
             light.type,
             has_spread,
-            shines and self._layout.has("HAS_SPECULAR") and has_extent(light),
+            self._sees_extent(light),
             sample.per_receiver,
             shadow,
             shadow is not None and _fills_shadow(light),
             controls.ambient != 0.0,
             filters,
             by_object,
+            bends,
         )
         if variant not in self._programs:
             self._programs[variant] = _describe(variant, self._layout, self._split).build()
@@ -211,6 +232,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
     shadow, filters = variant.shadow, variant.filters
     flags = {
         "HAS_EXTENT": variant.has_extent,
+        "HAS_BENDS": variant.bends,
         "HAS_SHADOW": shadow is not None,
         "SHADOW_HAS_SPOTS": shadow is not None and shadow.spots > 0 and variant.has_extent,
         "HAS_SHADOW_FILL": variant.fills_shadow,
@@ -228,6 +250,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             *table_library(layout),
             *(("frame_across",) if variant.has_extent else ()),
             "light",
+            *(("ellipse", "bend") if variant.bends else ()),
             *(("highlight",) if variant.has_extent else ()),
             *((shadow.library,) if shadow else ()),
             *filter_library(filters),
@@ -245,6 +268,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
             *table_samplers(layout),
             *filter_samplers(filters),
             *(shadow.samplers if shadow else ()),
+            *(BEND_SAMPLER if variant.bends else ()),
             # Edited surfaces may read one of them already.
             *(each for each in by_object if each not in layout.samplers),
         ),

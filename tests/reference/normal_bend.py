@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The twins of addon/glsl/passes/normal_bend.glsl and addon/glsl/lib/bend.glsl, in float64."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from addon.scene.geometry import SceneGeometry
+from addon.scene.octahedral import from_codes
+
+from .shading_normal import shading_normals
+
+Array = NDArray[np.float64]
+
+LEAST_BEND, LONGEST, FARTHEST = 0.01, 20.0, 30.0
+
+
+def bend_covariance(
+    geometry: SceneGeometry,
+    triangle: NDArray[np.int64],
+    point: Array,
+    toward: Array,
+    deviation: Array,
+) -> Array:
+    """(N, 3, 3) of the unit normals within what is seen of triangles about a place.
+
+    Args:
+        geometry: with corner normals.
+        triangle: (N,) which of its triangles.
+        point: (N, 3) in the plane of each.
+        toward: (N, 3) unit vectors to the viewer.
+        deviation: (N,) the standard deviation of what is seen, across the view.
+    """
+    assert geometry.corner_normals is not None
+    a, b, c = np.moveaxis(geometry.vertices[geometry.triangles[triangle]], 1, 0)
+    n = geometry.normal[triangle]
+    side = np.cross(n, toward)
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    facing = np.maximum(np.abs((n * toward).sum(axis=1)), 1.0 / LONGEST)
+    along = np.cross(side, n) / facing[:, None]
+    ways = deviation[:, None, None] * np.stack([side, along], axis=1)  # (N, 2, 3)
+    # Shares of the second and third corner, per metre.
+    edges = np.stack([b - a, c - a, n], axis=1)
+    per_metre = np.linalg.inv(edges)[:, :, :2]
+    shares = ways @ per_metre  # (N, 2, 2)
+    root = np.linalg.cholesky(np.array([[2.0, -1.0], [-1.0, 2.0]]) / 36.0)
+    scaled = shares @ np.linalg.inv(root).T
+    scaled *= np.minimum(FARTHEST / np.abs(scaled).max(axis=2, keepdims=True), 1.0)
+    part = np.einsum("nwi,nwj->nij", scaled, scaled)
+    # Both Gaussians' product, where the triangle's variance is one.
+    seen = np.linalg.inv(np.linalg.inv(part) + np.eye(2))
+    A, B, C = np.moveaxis(from_codes(geometry.corner_normals[triangle]).astype(np.float64), 1, 0)
+    N = shading_normals(geometry, triangle, point)
+    beyond = np.linalg.inv(edges)
+    share = np.einsum("ni,nij->nj", point - a, beyond)[:, :2]
+    size = np.linalg.norm(A + share[:, :1] * (B - A) + share[:, 1:] * (C - A), axis=1)
+    turn = np.stack([B - A, C - A], axis=2) / size[:, None, None]
+    turn -= N[:, :, None] * np.einsum("ni,nij->nj", N, turn)[:, None]
+    turn = turn @ root
+    return np.asarray(turn @ seen @ np.swapaxes(turn, 1, 2))
+
+
+def widened(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple[Array, ...]:
+    """A lobe's frame and alphas with how normals turn (H, W, 4), as `surface_bend` has it: new axes
+    X and Y (H, W, 3), alphas (H, W), and the share of their squares that is the bend's."""
+    frame = np.stack([X, Y], axis=-1)
+    d = np.einsum("...i,...ij->...j", bend[..., :3], frame)
+    size = np.linalg.norm(d, axis=-1, keepdims=True)
+    e = bend[..., 3:] * np.stack([-d[..., 1], d[..., 0]], axis=-1) / np.maximum(size, 1e-15)
+    own = np.zeros((*ax.shape, 2, 2))
+    own[..., 0, 0], own[..., 1, 1] = ax**2, ay**2
+    cov = own + 2.0 * sum(v[..., :, None] * v[..., None, :] for v in (d, e))
+    variance, axes = np.linalg.eigh(cov)
+    variance, axes = variance[..., ::-1], axes[..., ::-1]
+    # Right-handed as X and Y are.
+    axes[..., 1] *= np.sign(np.linalg.det(axes))[..., None]
+    before = np.einsum("...ji,...jk,...ki->...i", axes, own, axes)
+    bent = np.sum(bend[..., :3] ** 2, axis=-1) > LEAST_BEND * np.minimum(ax, ay) ** 2
+    turned = frame @ axes
+    new = np.sqrt(variance)
+    share = np.maximum(1.0 - before / variance, 0.0)
+    return (
+        np.where(bent[..., None], turned[..., 0], X),
+        np.where(bent[..., None], turned[..., 1], Y),
+        np.where(bent, new[..., 0], ax),
+        np.where(bent, new[..., 1], ay),
+        np.where(bent[..., None], share, 0.0),
+    )

@@ -15,10 +15,10 @@ single sample from the pixels' and the lights' centres, then the growing mean.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -337,20 +337,29 @@ class RelightSession:
             RuntimeError: no view was set.
             Cancelled: raised by `progress`; what was drawn is kept.
         """
+        steps = self.rendering()
+        while True:
+            try:
+                progress(*next(steps))
+            except StopIteration as end:
+                return cast("Picture", end.value)
+
+    def rendering(self) -> Generator[tuple[float, str], None, Picture]:
+        """The same bit by bit: yields how far it is, (share, message), and returns the picture."""
         self._require_layers()
         names, count = self._lights.wanted, self._stages.count
         start = 0.0
         if self._stages.next_sample(names) is not None:
             while self._find_shading_samples():
                 start = _VISIBILITY_SHARE * self._sampler.shading_progress
-                progress(start, "Visibility")
+                yield start, "Visibility"
         while (k := self._stages.next_sample(names)) is not None:
             done = sum(self._stages.samples(name) for name in names) / (count * len(names))
-            progress(start + (1.0 - start) * done, f"Sample {k + 1} of {count}")
+            yield start + (1.0 - start) * done, f"Sample {k + 1} of {count}"
             drawn = self._stages.refine(names, self._drawer)
             if drawn is not None:
                 self._clean(drawn)
-        progress(1.0, f"{count} samples")
+        yield 1.0, f"{count} samples"
         layers = {name: self._read_layer(name) for name in self._lights.audible}
         return Picture(
             combined=read_texture(self._draw_mix(keep=False)),

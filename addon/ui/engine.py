@@ -18,11 +18,12 @@ from ..scene.view import View
 from ..scene.view_reader import find_camera, read_render_region, read_view
 from . import compatible_panels
 from .light_passes import Pixels, add_up, light_passes
+from .main_thread import MainThread
 from .unbaked_picture import draw_unbaked
 from .viewport import Viewport
 
 if TYPE_CHECKING:
-    from .scene_session import SceneSession
+    from .final_render import FinalRender
 
 ENGINE = "RELUME"
 
@@ -32,7 +33,9 @@ class RelumeEngine(bpy.types.RenderEngine):
 
     bl_idname = ENGINE
     bl_label = "Relume"
-    bl_use_gpu_context = True
+    # With an interface, its thread draws (`main_thread`): a GPU context of the render's own would
+    # keep all windows from being drawn until it ends. Without one there is no other.
+    bl_use_gpu_context = bpy.app.background
     bl_use_eevee_viewport = True  # Material Preview shading stays EEVEE's
     bl_use_postprocess = True
     bl_use_preview = False
@@ -51,20 +54,30 @@ class RelumeEngine(bpy.types.RenderEngine):
         except InputError as error:
             self._refuse(error)
             return
-        try:
-            passes = self._relight(depsgraph, view, region)
-        except InputError as error:
-            self._refuse(error)
-            passes = {"Combined": draw_unbaked(depsgraph, view)}
-        except Cancelled:
-            return
-        except Exception as error:  # noqa: BLE001 - Blender crashes where one leaves a render
-            traceback.print_exc()
-            self._refuse(error)
+        with MainThread(self.test_break) as main:
+            passes = self._passes(main, depsgraph, view, region)
+        if passes is None:
             return
         if region is not None:
             passes = {name: region.cut(pixels) for name, pixels in passes.items()}
         self._deliver(depsgraph, passes)
+
+    def _passes(
+        self, main: MainThread, depsgraph: Any, view: View, region: RenderRegion | None
+    ) -> dict[str, Pixels] | None:
+        """The relit picture, or the scene's shapes where there is none; None when cancelled."""
+        try:
+            try:
+                return self._relight(main, depsgraph, view, region)
+            except InputError as error:
+                self._refuse(error)
+                return {"Combined": main.do(lambda: draw_unbaked(depsgraph, view))}
+        except Cancelled:
+            return None
+        except Exception as error:  # noqa: BLE001 - Blender crashes where one leaves a render
+            traceback.print_exc()
+            self._refuse(error)
+            return None
 
     def update_render_passes(self, scene: Any = None, renderlayer: Any = None) -> None:
         """Tell the compositor which passes there are."""
@@ -74,27 +87,25 @@ class RelumeEngine(bpy.types.RenderEngine):
                 self.register_pass(scene, renderlayer, name, 3, "RGB", "COLOR")
 
     def _relight(
-        self, depsgraph: Any, view: View, region: RenderRegion | None
+        self, main: MainThread, depsgraph: Any, view: View, region: RenderRegion | None
     ) -> dict[str, Pixels]:
         """Every pass, (H, W, channels) float32, scene-linear, row 0 at the bottom."""
         # Imported late: it takes scipy along, which would slow down every start of Blender.
-        from .hole_render import fill_for_render
-        from .scene_session import SceneSession
+        from .final_render import FinalRender
 
         self.update_stats("", "Relume: loading the cache")
-        opened = SceneSession(depsgraph, depsgraph.scene.relume.render_samples)
-        opened.session.set_view(view)
-        if depsgraph.scene.relume.fill_holes:
-            unfilled = fill_for_render(depsgraph.scene.original, opened, view, self._progress)
-            if unfilled:
-                self.report({"WARNING"}, f"Relume: {unfilled}")
-        self._expose(depsgraph, opened, view, region)
-        picture = opened.session.render(self._progress)
-        self.update_stats("", f"Relume: {opened.describe()}")
-        for sentence in opened.stale:
-            self.report({"WARNING"}, f"Relume: {sentence}")
-        for warning in opened.warnings:
-            self.report({"INFO"}, f"Relume: {warning}")
+        with FinalRender(main, depsgraph, view) as final:
+            if depsgraph.scene.relume.fill_holes:
+                unfilled = final.fill_holes(depsgraph.scene.original, self._progress)
+                if unfilled:
+                    self.report({"WARNING"}, f"Relume: {unfilled}")
+            self._expose(depsgraph, final, region)
+            picture = final.render(self._progress)
+            self.update_stats("", f"Relume: {final.describe()}")
+            for sentence in final.opened.stale:
+                self.report({"WARNING"}, f"Relume: {sentence}")
+            for warning in final.opened.warnings:
+                self.report({"INFO"}, f"Relume: {warning}")
         passes = {"Combined": picture.combined}
         if depsgraph.scene.relume.light_passes:
             height, width = picture.combined.shape[:2]
@@ -102,10 +113,8 @@ class RelumeEngine(bpy.types.RenderEngine):
             passes |= add_up((height, width), picture.layers, names, picture.glowing)
         return passes
 
-    def _expose(
-        self, depsgraph: Any, opened: SceneSession, view: View, region: RenderRegion | None
-    ) -> None:
-        """Tell the session what moves while the shutter is open."""
+    def _expose(self, depsgraph: Any, final: FinalRender, region: RenderRegion | None) -> None:
+        """Blur what moves while the shutter is open."""
         scene = depsgraph.scene
         if not scene.render.use_motion_blur:
             return
@@ -117,7 +126,7 @@ class RelumeEngine(bpy.types.RenderEngine):
 
         frame, part = scene.frame_current, scene.frame_subframe
         try:
-            opened.follow_exposure(scene, find_camera(scene), view, read_at, region=region)
+            final.expose(scene, find_camera(scene), read_at, region)
         finally:
             self.frame_set(frame, part)
 

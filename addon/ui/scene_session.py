@@ -15,6 +15,7 @@ from ..caching.what_changed import surely_stale
 from ..errors import InputError
 from ..relight.session import RelightSession
 from ..relight.shadows.shadow_frustum import ShadowSettings
+from ..scene.exposure import Exposure
 from ..scene.exposure_reader import ReadAt, read_exposure
 from ..scene.geometry_reader import read_geometry
 from ..scene.light_linking_reader import read_emitter_linking
@@ -82,7 +83,7 @@ class SceneSession:
         self.session.set_shadows(_SHADOWS[settings.shadows])
         self.session.set_muted(world=settings.mute_world, emission=settings.mute_emission)
 
-    def follow_exposure(
+    def read_exposure(
         self,
         scene: Any,
         camera: Any,
@@ -90,10 +91,13 @@ class SceneSession:
         read_at: ReadAt,
         *,
         region: RenderRegion | None = None,
-    ) -> None:
-        """Blur what moves while the shutter of a camera is open, if the scene's render settings
-        say so; see `read_exposure`."""
-        exposure = read_exposure(scene, camera, view, self._geometry, read_at, region=region)
+    ) -> Exposure | None:
+        """What moves while the shutter of a camera is open, if the scene's render settings say that
+        it is blurred; see `read_exposure`."""
+        return read_exposure(scene, camera, view, self._geometry, read_at, region=region)
+
+    def set_exposure(self, exposure: Exposure | None) -> None:
+        """Blur what moves so."""
         self.session.set_exposure(exposure)
         self._warnings["exposure"] = exposure.warnings if exposure is not None else ()
 

@@ -284,7 +284,7 @@ def test_an_error_inside_ends_the_render_alone(scene: Any, monkeypatch: pytest.M
         raise ValueError("something unforeseen")
 
     with monkeypatch.context() as patch:
-        patch.setattr(RelightSession, "render", broken)
+        patch.setattr(RelightSession, "rendering", broken)
         with pytest.raises(RuntimeError, match="something unforeseen"):
             bpy.ops.render.render()
     assert np.array_equal(f12(scene), whole)

@@ -49,8 +49,8 @@ class EmbreeMesh:
 
         def ask(chunk: slice) -> None:
             answer = scene.run(
-                origins[chunk].astype(np.float32),
-                directions[chunk].astype(np.float32),
+                origins[chunk].astype(np.float32, order="C"),
+                directions[chunk].astype(np.float32, order="C"),
                 dists=limit[chunk].astype(np.float32),
                 query="OCCLUDED",
             )
@@ -67,8 +67,8 @@ class EmbreeMesh:
         if self._scene is None:
             return np.full(len(origins), -1, np.int32), np.zeros(len(origins), np.float32)
         answer = self._scene.run(
-            origins.astype(np.float32),
-            directions.astype(np.float32),
+            origins.astype(np.float32, order="C"),
+            directions.astype(np.float32, order="C"),
             dists=np.full(len(origins), min(limit, np.finfo(np.float32).max), np.float32),
             query="INTERSECT",
             output=1,
@@ -97,8 +97,8 @@ class EmbreeMesh:
             if limit is not None:
                 end = np.minimum(limit[chunk], far).astype(np.float32)
             answer = scene.run(
-                origins[chunk].astype(np.float32),
-                directions[chunk].astype(np.float32),
+                origins[chunk].astype(np.float32, order="C"),
+                directions[chunk].astype(np.float32, order="C"),
                 dists=end,
                 query="INTERSECT",
                 output=1,

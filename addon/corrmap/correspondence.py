@@ -217,6 +217,7 @@ class GatherPass:
             objects=visible.objects,
             triangles=visible.seen_triangles,
             bend=None if self._bends is None else self._bends.of(visible),
+            shading_normal=textures.get("visible_shading_normal"),
         )
 
     def at(self, visible: VisibleSurface, surface: SurfaceBuffer) -> SurfaceBuffer:
@@ -228,12 +229,15 @@ class GatherPass:
             geometric_normal=visible.normal,
             triangles=visible.seen_triangles,
             bend=None if self._bends is None else self._bends.of(visible),
+            shading_normal=None,
         )
         if not surface.layout.mesh_normals:
             return placed
-        normal = visible.normal if self._normals is None else self._normals.draw(visible)
+        shaded = None if self._normals is None else self._normals.draw(visible)
         program = MeshNormalPass(surface.layout, surface.material_table)
-        return replace(placed, values=program.draw(visible.position, normal, surface.values))
+        normal = visible.normal if shaded is None else shaded
+        values = program.draw(visible.position, normal, surface.values)
+        return replace(placed, values=values, shading_normal=shaded)
 
 
 @dataclass(frozen=True)

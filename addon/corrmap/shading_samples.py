@@ -46,8 +46,8 @@ GATHERED = 16
 # Numbers of samples and of list entries are kept in float32.
 _MOST = 1 << 24
 
-# A position, a normal and a triangle.
-_BYTES_OF_PLACES = 40
+# A position, two normals and a triangle.
+_BYTES_OF_PLACES = 56
 
 # Where normals turn.
 _BYTES_OF_BEND = 16

@@ -43,6 +43,8 @@ class SurfaceBuffer:
         triangles: which triangles are seen; None where that is not known.
         bend: by how much the mesh's normals turn there; None where all faces are flat, or none has
             highlights.
+        shading_normal: xyz unit, as the mesh interpolates it, on the facet's side that faces the
+            viewer; None where nobody needed it.
     """
 
     width: int
@@ -59,6 +61,7 @@ class SurfaceBuffer:
     picture_height: int | None = None
     triangles: SeenTriangles | None = None
     bend: NormalBend | None = None
+    shading_normal: Texture | None = None
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""

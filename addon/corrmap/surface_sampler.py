@@ -346,8 +346,9 @@ class SurfaceSampler:
         surface = self._gather_pass.draw(visible, correspondence)
         if index == 0:
             self._correspondence = correspondence
-        # Position, normal, how normals turn, values, and the correspondence map once.
-        textures = 3 + (surface.bend is not None) + self.layout.texture_count
+        # Position, normals, how these turn, values, and the correspondence map once.
+        more = (surface.bend is not None) + (surface.shading_normal is not None)
+        textures = 3 + more + self.layout.texture_count
         pixels = view.width * view.height * len(self._samples)
         numbers = _BYTES_PER_RG32F + with_objects * _BYTES_PER_R32F
         kept = pixels * (textures * _BYTES_PER_RGBA32F + numbers)

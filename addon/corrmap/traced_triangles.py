@@ -96,14 +96,18 @@ class TrianglesByRay:
         depth = np.empty(count, dtype=np.float32)
 
         def look(part: slice) -> None:
-            row, column = np.divmod(np.arange(part.start, part.stop), view.width)
-            x, y = (column + 0.5)[:, None], (row + 0.5)[:, None]
-            direction = toward[0] + x * toward[1] + y * toward[2]
-            start = origin[0] + x * origin[1] + y * origin[2] + first * direction
-            hit, along = mesh.first(start, direction, reach)
-            number = self._number[hit]
-            triangles[part, 0] = np.where(hit >= 0, (number >> _BITS) + 1, 0)
-            triangles[part, 1] = np.where(hit >= 0, number & (TABLE_WIDTH - 1), 0)
+            row, column = np.divmod(np.arange(part.start, part.stop, dtype=np.int32), view.width)
+            x, y = column + 0.5, row + 0.5
+            start, direction = np.empty((3, len(x))), np.empty((3, len(x)))
+            for axis in range(3):
+                o, d = ([each[axis] for each in vectors] for vectors in (origin, toward))
+                direction[axis] = d[0] + x * d[1] + y * d[2]
+                start[axis] = o[0] + x * o[1] + y * o[2] + first * direction[axis]
+            hit, along = mesh.first(start.T, direction.T, reach)
+            number = self._number.take(hit)
+            number[hit < 0] = -TABLE_WIDTH
+            triangles[part, 0] = (number >> _BITS) + 1
+            triangles[part, 1] = number & (TABLE_WIDTH - 1)
             depth[part] = first + along
 
         in_parts(look, count, CHUNK)

@@ -49,20 +49,21 @@ def test_rasterized_triangles(gpu_context: None, scale: float, offset: float) ->
     assert seen.hit.all()
     assert len(np.unique(triangle)) > 5
     known = seen.receivers
+    start, facing = known.place.T, known.normal.T
     by_rays = find_triangles(scene, buffer, seen.rasterized, known.normal)
     # But where two meet.
     assert np.mean(by_rays == triangle) > 0.98
 
     corners = scene.geometry.vertices[scene.geometry.triangles[triangle]]
     exact = scene.geometry.normal_of(triangle)
-    cosine = np.sum(exact * known.normal, axis=1)
+    cosine = np.sum(exact * facing, axis=1)
     assert np.abs(np.abs(cosine) - 1.0).max() < 4.0 * SPACING
-    toward = (eye - origin) - known.place
-    assert (np.sum(known.normal * toward, axis=1) > 0.0).all()
-    reach = np.abs(corners - known.place[:, None]).max(axis=(1, 2))
-    reach = np.maximum(reach, np.abs(known.place).max(axis=1))
+    toward = (eye - origin) - start
+    assert (np.sum(facing * toward, axis=1) > 0.0).all()
+    reach = np.abs(corners - start[:, None]).max(axis=(1, 2))
+    reach = np.maximum(reach, np.abs(start).max(axis=1))
     # The normal's rounding, along each axis, over the way to the corner that its plane goes by.
-    above = np.abs(np.einsum("nx,nx->n", known.place - corners[:, 0], exact))
+    above = np.abs(np.einsum("nx,nx->n", start - corners[:, 0], exact))
     assert (above <= 3.0 * SPACING * reach).all()
     assert (known.lift >= 16.0 * SPACING * reach * (1.0 - 4.0 * SPACING)).all()
     # A triangle's edges are at most twice as long as what is seen of it is far from its corners.
@@ -76,5 +77,5 @@ def test_a_triangle_without_a_plane(gpu_context: None) -> None:
     assert not TrianglePlanes.of(geometry).normal.any()
     seen = surfaces(np.array([[[0.5, 0.0, 0.0]]]), UP).upload()
     known = SeenReceivers.of(seen, LocalScene(geometry, np.zeros(3))).receivers
-    assert np.array_equal(known.place, [[0.5, 0.0, 0.0]])
-    assert np.array_equal(known.normal, [UP])
+    assert np.array_equal(known.place.T, [[0.5, 0.0, 0.0]])
+    assert np.array_equal(known.normal.T, [UP])

@@ -58,7 +58,15 @@ def places_on(geometry: SceneGeometry, seed: int = 1) -> Array:
 
 
 def receivers(geometry: SceneGeometry, place: Array, facing: Array) -> SmoothReceivers:
-    return SmoothReceivers(geometry, np.arange(len(geometry), dtype=np.int32), place, facing)
+    return SmoothReceivers(geometry, np.arange(len(geometry), dtype=np.int32), place.T, facing.T)
+
+
+def lifts(smooth: SmoothReceivers, toward: Array, side: NDArray[np.floating]) -> Array:
+    """(R, 3) of all receivers."""
+    some, lift = smooth.lift(np.arange(len(toward)), np.ascontiguousarray(toward.T), side)
+    result = np.zeros(toward.shape)
+    result[some] = lift.T
+    return result
 
 
 def directions(count: int, seed: int = 2) -> Array:
@@ -70,7 +78,7 @@ def test_normals_are_interpolated() -> None:
     geometry = soup()
     place, rows = places_on(geometry), np.arange(len(geometry))
     back = np.where(rows % 2, -1.0, 1.0)[:, None]
-    found = receivers(geometry, place, back * geometry.normal).normal
+    found = receivers(geometry, place, back * geometry.normal).normal.T
     expected = back * shading_normals(geometry, rows, place)
     # (A unit vector in float32.)
     assert np.abs(found - expected).max() < 1e-6
@@ -82,7 +90,7 @@ def test_the_side_is_that_of_the_interpolated_normal() -> None:
     smooth = receivers(geometry, place, geometry.normal)
     toward = directions(len(geometry))
     expected = np.sign((shading_normals(geometry, rows, place) * toward).sum(axis=1))
-    assert np.array_equal(smooth.side(rows, toward), expected)
+    assert np.array_equal(smooth.side(rows, toward.T), expected)
     # Or else this would not tell the two normals apart.
     assert (expected != np.sign((geometry.normal * toward).sum(axis=1))).mean() > 0.05
 
@@ -101,7 +109,7 @@ def test_lifts_are_cycles(cutoff: float, scale: float) -> None:
     facing = np.where(rows % 2, -1.0, 1.0)[:, None] * geometry.normal
     smooth = receivers(geometry, place, facing)
     toward = directions(len(geometry))
-    found = smooth.lift(rows, toward, smooth.side(rows, toward))
+    found = lifts(smooth, toward, smooth.side(rows, toward.T))
     assert geometry.corner_normals is not None
     normals = from_codes(geometry.corner_normals).astype(np.float64)
     corners = geometry.vertices[geometry.triangles]
@@ -122,11 +130,11 @@ def test_rays_from_a_ball_start_outside_of_it() -> None:
     geometry = ball()
     place, rows = places_on(geometry), np.arange(len(geometry))
     smooth = receivers(geometry, place, geometry.normal)
-    toward = np.cross(smooth.normal, [0.3, 0.5, 0.8]) + 1e-3 * smooth.normal
+    toward = np.cross(smooth.normal.T, [0.3, 0.5, 0.8]) + 1e-3 * smooth.normal.T
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
     grazed = (geometry.normal * toward).sum(axis=1) < TERMINATOR_OFFSET
     assert grazed.mean() > 0.5
-    lift = smooth.lift(rows, toward, np.ones(len(rows)))
+    lift = lifts(smooth, toward, np.ones(len(rows)))
     radius = np.linalg.norm(place + lift, axis=1)[grazed]
     depth = (1.0 - (geometry.normal * place).sum(axis=1))[grazed]
     assert (radius > 1.0 - CODE_ERROR).all()
@@ -154,7 +162,7 @@ def test_other_rays_start_where_they_are(why: str) -> None:
     else:
         toward = toward + geometry.normal
     toward /= np.linalg.norm(toward, axis=1, keepdims=True)
-    smooth = SmoothReceivers(geometry, triangle, place, geometry.normal)
-    assert not smooth.lift(rows, toward, np.ones(len(rows))).any()
+    smooth = SmoothReceivers(geometry, triangle, place.T, geometry.normal.T)
+    assert not lifts(smooth, toward, np.ones(len(rows))).any()
     if why in ("flat", "no corner normals", "unknown"):
-        assert np.allclose(smooth.normal, geometry.normal, atol=1e-7)
+        assert np.allclose(smooth.normal.T, geometry.normal, atol=1e-7)

@@ -16,15 +16,13 @@ class LitPixels:
     """Pixels that a light may reach.
 
     Attributes:
-        row: (N,) in the layer.
-        column: (N,) likewise.
+        pixel: (N,) in the layer, row by row.
         number: (N,) which receivers of the view's sample they are.
-        way: (N, 3) as of `ReachPass.draw`.
+        way: (3, N) as of `ReachPass.draw`.
         side: (N,) the side that is lit: 1 the viewer's, -1 the other.
     """
 
-    row: NDArray[np.int64]
-    column: NDArray[np.int64]
+    pixel: NDArray[np.int64]
     number: NDArray[np.int32]
     way: NDArray[np.float32]
     side: NDArray[np.float32]
@@ -41,22 +39,26 @@ def lit_pixels(
         stride: the surface's pixels along the side of one of the layer's.
         by_normals: whether interpolated normals tell the side.
     """
-    surface = seen.surface
-    row, column = np.nonzero(reach[..., 3])
-    number = seen.number[_texel(row, stride, surface.height), _texel(column, stride, surface.width)]
-    way = reach[row, column]
-    lit = LitPixels(row, column, number, way[:, :3], np.sign(way[:, 3]))
+    pixel = np.flatnonzero(reach[..., 3])
+    numbers = seen.number
+    if stride > 1:
+        sides = zip(reach.shape[:2], numbers.shape, strict=True)
+        numbers = numbers[np.ix_(*(_texels(*side, stride) for side in sides))]
+    number = numbers.ravel().take(pixel)
+    way = np.ascontiguousarray(reach.reshape(-1, 4).take(pixel, axis=0).T)
+    lit = LitPixels(pixel, number, way[:3], np.sign(way[3]))
     if not by_normals:
         return lit
     side = seen.smooth.side(number, lit.way)
     # What does not stand in its own light is lit whatever side its facets say.
-    wanted = (side > 0.0) | (np.abs(way[:, 3]) > 1.0)
-    if surface.layout.has("HAS_TRANSLUCENT"):
+    wanted = (side > 0.0) | (np.abs(way[3]) > 1.0)
+    if seen.surface.layout.has("HAS_TRANSLUCENT"):
         wanted |= side < 0.0
     some = np.flatnonzero(wanted)
-    return LitPixels(row[some], column[some], number[some], lit.way[some], side[some])
+    return LitPixels(pixel[some], number[some], lit.way.take(some, axis=1), side[some])
 
 
-def _texel(pixel: NDArray[np.int64], stride: int, size: int) -> NDArray[np.int64]:
-    """As `surface_texel` in addon/glsl/lib/surface_texel.glsl, along one side."""
-    return np.minimum(pixel * stride + stride // 2, size - 1)
+def _texels(pixels: int, size: int, stride: int) -> NDArray[np.int64]:
+    """What so many pixels along a side read of `size` texels, as `surface_texel` in
+    addon/glsl/lib/surface_texel.glsl."""
+    return np.minimum(np.arange(pixels) * stride + stride // 2, size - 1)

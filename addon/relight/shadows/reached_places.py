@@ -98,21 +98,20 @@ class ReachedPlaces:
     ) -> NDArray[np.bool_]:
         """Whether nothing blocks some of the places' ways to a point."""
         receivers = self._receivers(scene)
-        up = receivers.normal[number] * np.sign(way[:, 3:])
-        start = receivers.place[number] + up * receivers.lift[number, None]
+        start = receivers.starts(number, np.sign(way[:, 3]).astype(np.float32))
         length = np.linalg.norm(way[:, :3], axis=1)
         limit = np.full(len(way), np.inf) if light.type == "SUN" else length * (1.0 - _SHORT)
         direction = way[:, :3] / np.where(length > 0.0, length, 1.0)[:, None]
-        return ~shadow_rays(scene, casters).blocked(start, direction, limit)
+        return ~shadow_rays(scene, casters).blocked(start.T, direction, limit)
 
     def _receivers(self, scene: LocalScene) -> Receivers:
         if self._found is None or self._found[0] is not scene:
             triangles = self._surface.triangles
             if triangles is None:
-                found = find_triangles(scene, self._surface, self._local, self._normal)
+                found = find_triangles(scene, self._surface, self._local.T, self._normal.T)
             else:
                 found = self._sampled(triangles.read())[self._seen]
-            self._found = (scene, on_planes(scene, self._local, self._normal, found))
+            self._found = (scene, on_planes(scene, self._local.T, self._normal.T, found))
         return self._found[1]
 
     @cached_property

@@ -12,6 +12,7 @@ max_j (v_j . n_i) - p . n_i, and half of the parabolic surface through the corne
 from __future__ import annotations
 
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,8 +37,9 @@ class SmoothReceivers:
     Args:
         geometry: the triangles, in the receivers' space.
         triangle: (N,) which triangle each is on; -1 for unknown ones, which count as flat.
-        place: (N, 3) on its plane.
-        facing: (N, 3) unit: its normal, on the viewer's side.
+        place: (3, N) on its plane.
+        facing: (3, N) unit: its normal, on the viewer's side.
+        shaded: (3, N) float32, what `normal` is, if that was found elsewhere.
     """
 
     def __init__(
@@ -46,11 +48,13 @@ class SmoothReceivers:
         triangle: NDArray[np.int32],
         place: Array,
         facing: NDArray[np.floating],
+        shaded: NDArray[np.float32] | None = None,
     ) -> None:
         self._geometry = geometry
         self._triangle = triangle
         self._place = place
         self._facing = facing
+        self._shaded = shaded
 
     @property
     def any(self) -> bool:
@@ -64,54 +68,71 @@ class SmoothReceivers:
 
     @cached_property
     def normal(self) -> NDArray[np.floating]:
-        """(N, 3) unit, interpolated, on the viewer's side of the facet's normal."""
+        """(3, N) unit, interpolated, on the viewer's side of the facet's normal."""
         if self._geometry.corner_normals is None:
             return self._facing
+        if self._shaded is not None:
+            return np.where(self._triangle >= 0, self._shaded, self._facing)
         normal = self._facing.astype(np.float32)
 
         def work(part: slice) -> None:
             some = part.start + np.flatnonzero(self._triangle[part] >= 0)
-            corners, normals = self._corners(some, self._facing[some])
-            flat = np.linalg.norm(np.cross(normals, self._facing[some, None]), axis=2).max(axis=1)
-            some, corners, normals = (each[flat > _FLAT_SINE] for each in (some, corners, normals))
-            smooth = np.einsum("nk,nkx->nx", _weights(corners, self._place[some]), normals)
-            size = np.linalg.norm(smooth, axis=1, keepdims=True)
-            normal[some] = np.where(
-                size > 0.0, smooth / np.where(size > 0.0, size, 1.0), self._facing[some]
+            facing = self._facing[:, some].T.astype(np.float64)
+            corners, normals = self._corners(some, facing)
+            flat = np.linalg.norm(np.cross(normals, facing[:, None]), axis=2).max(axis=1)
+            chosen = flat > _FLAT_SINE
+            some, facing, corners, normals = (
+                each[chosen] for each in (some, facing, corners, normals)
             )
+            smooth = np.einsum("nk,nkx->nx", _weights(corners, self._place[:, some].T), normals)
+            size = np.linalg.norm(smooth, axis=1, keepdims=True)
+            found = np.where(size > 0.0, smooth / np.where(size > 0.0, size, 1.0), facing)
+            normal[:, some] = found.T
 
-        in_parts(work, len(normal), _PART)
+        in_parts(work, normal.shape[1], _PART)
         return normal
 
     def side(self, rows: NDArray[np.integer], toward: NDArray[np.floating]) -> NDArray[np.float32]:
-        """(R,) of some receivers (R,) the side that light from (R, 3) shines on: 1 the viewer's,
+        """(R,) of some receivers (R,) the side that light from (3, R) shines on: 1 the viewer's,
         -1 the other."""
-        return np.sign(_dot(self.normal[rows], toward)).astype(np.float32)
+        return np.sign(dot(self.normal.take(rows, axis=1), toward)).astype(np.float32)
 
-    def lift(self, rows: NDArray[np.integer], toward: Array, side: NDArray[np.floating]) -> Array:
-        """(R, 3) from where they are to where rays of some receivers (R,) start.
+    def lift(
+        self, rows: NDArray[np.integer], toward: Array, side: NDArray[np.floating]
+    ) -> tuple[NDArray[np.int64], Array]:
+        """Where rays of some receivers start, from where they are.
 
         Args:
-            rows: which of the N.
-            toward: (R, 3) unit directions to the light.
+            rows: (R,) which of the N.
+            toward: (3, R) unit directions to the light.
             side: (R,) the side that it shines on.
+
+        Returns:
+            (S,), (3, S): which of the R do not start where they are, and how far from there.
         """
-        result = np.zeros(toward.shape)
+        nothing = np.empty(0, dtype=np.int64), np.empty((3, 0))
         if self._geometry.corner_normals is None:
-            return result
-        cutoff = self._cutoff(rows)
-        cosine = side * _dot(self.normal[rows], toward)
-        of_facet = side * _dot(self._facing[rows], toward)
+            return nothing
+        of_facet = side * dot(self._facing.take(rows, axis=1), toward)
+        cosine = side * dot(self.normal.take(rows, axis=1), toward)
+        # Of the others, which are most, no more has to be known.
+        some = np.flatnonzero((np.minimum(of_facet, cosine) < self._most_cutoff) & (cosine > 0.0))
+        some = some[self._is_smooth(rows[some])]
+        if not len(some):
+            return nothing
+        cutoff, cosine, of_facet = self._cutoff(rows[some]), cosine[some], of_facet[some]
         safe = np.where(cutoff > 0.0, cutoff, 1.0)
         near = np.where(cosine < cutoff, 2.0 - (of_facet + cosine) / safe, 1.0 - of_facet / safe)
-        amount = np.where((cutoff > 0.0) & (cosine > 0.0), np.clip(near, 0.0, 1.0), 0.0)
-        some = np.flatnonzero(amount > 0.0)
-        some = some[self._is_smooth(rows[some])]
-        up = side[some, None] * self._facing[rows[some]]
+        amount = np.where(cutoff > 0.0, np.clip(near, 0.0, 1.0), 0.0)
+        up = (side[some] * self._facing.take(rows[some], axis=1)).T
         corners, normals = self._corners(rows[some], up)
-        height, normal = _height(corners, normals, self._place[rows[some]], up)
-        result[some] = (amount[some] * height)[:, None] * normal
-        return result
+        height, normal = _height(corners, normals, self._place.take(rows[some], axis=1).T, up)
+        return some, (amount * height) * normal.T
+
+    @cached_property
+    def _most_cutoff(self) -> float:
+        offsets = self._geometry.terminator_offset
+        return TERMINATOR_OFFSET if offsets is None else float(offsets.max(initial=0.0))
 
     def _cutoff(self, rows: NDArray[np.integer]) -> Array:
         """(R,) below which cosine to the light some receivers' rays are lifted."""
@@ -166,6 +187,11 @@ def _height(corners: Array, normals: Array, place: Array, up: Array) -> tuple[Ar
     c = _dot(normals[:, 1] - normals[:, 0], corners[:, 1] - corners[:, 0])
     parabola = a * u * (u - 1.0) + (a + b + c) * u * v + b * v * (v - 1.0)
     return np.maximum(np.maximum(envelope, 0.0), 0.5 * parabola), normal
+
+
+def dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[Any]:
+    """(N,) of (3, N) each."""
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:

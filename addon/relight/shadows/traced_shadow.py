@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -38,8 +38,12 @@ from .lit_pixels import LitPixels, lit_pixels
 from .receivers import SeenReceivers
 from .shadow_rays import LIFT, ShadowRays, shadow_rays
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
+from .terminator import dot
 
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
+
+# Of a light's only point: highlights have nothing to tell apart.
+_POINT_KIND = replace(_KIND, spots=0)
 
 
 # As in addon/glsl/lib/traced_shadow.glsl.
@@ -63,16 +67,18 @@ class TracedShadow:
             viewer's.
         rays: how many rays it took.
         lit: the tiles in which any is seen.
+        has_spots: whether it is of a cell, and spots may differ.
     """
 
     spots: Texture
     rays: int
     lit: PictureTiles
+    has_spots: bool = True
 
     @property
     def kind(self) -> ShadowKind:
         """What a shader that reads it is made of."""
-        return _KIND
+        return _KIND if self.has_spots else _POINT_KIND
 
     @property
     def textures(self) -> Mapping[str, Any]:
@@ -84,7 +90,7 @@ class TracedShadow:
         return {}
 
 
-# Where rays start, and to where they go from there: (R, 3) each.
+# Where rays start, and to where they go from there: (3, R) each.
 _Aim = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 _Rows = NDArray[np.int64] | slice
@@ -139,20 +145,21 @@ class TracedShadowPass:
         reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
         seen = self._seen_by(surface, scene)
         lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
-        row, column = lit.row, lit.column
+        size = reach.shape[:2]
         rays = _Rays(shadow_rays(scene, casters), light, sample, seen=seen, lit=lit)
         if len(sample.spots):
-            place = PixelPlaces(row, column, reach.shape[:2], surface.picture_height)
+            place = PixelPlaces(*np.divmod(lit.pixel, size[1]), size, surface.picture_height)
             spots = look_at_spots(rays.reach_spots, place, thorough)
         else:
             spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
-        picture = np.zeros((*reach.shape[:2], 1), dtype=np.float32)
-        picture[row, column, 0] = spots
-        tiles = PictureTiles.around(picture[..., 0] != 0.0)
+        picture = np.zeros(size, dtype=np.float32)
+        picture.ravel()[lit.pixel] = spots
+        tiles = PictureTiles.around(picture != 0.0)
         if is_smooth and not any(light.controls.shadow.offset):
             # (Of a shadow that is moved, only the light itself tells what it shines on.)
-            picture[row, column, 0] = np.copysign(spots + _SIDE_IS_KNOWN, lit.side)
-        return TracedShadow(texture_from_array(picture, "R32F"), rays.count, tiles)
+            picture.ravel()[lit.pixel] = np.copysign(spots + _SIDE_IS_KNOWN, lit.side)
+        texture = texture_from_array(picture[..., None], "R32F")
+        return TracedShadow(texture, rays.count, tiles, has_spots=len(sample.spots) > 0)
 
     def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
         """What rays meet, in the space around a place (3,) of the world."""
@@ -206,10 +213,10 @@ class _Rays:
         number = self._lit.number
 
         def aim(part: slice) -> _Aim:
-            start, way = self._start(part), self._lit.way[part].astype(np.float64)
+            start, way = self._start(part), self._lit.way[:, part].astype(np.float64)
             if self._light.type != "SUN":
                 # The way was measured from where the surface was rasterized.
-                way += self._seen.rasterized[number[part]] - start
+                way += self._seen.rasterized.take(number[part], axis=1) - start
             return self._lifted(part, start, way)
 
         return self._open(len(number), aim)
@@ -240,27 +247,32 @@ class _Rays:
         return is_open & above, above
 
     def _start(self, rows: _Rows) -> NDArray[np.float64]:
-        """(R, 3) where rays of some of the pixels start, but for lifts near the terminator."""
-        receivers, number = self._seen.receivers, self._lit.number[rows]
-        up = receivers.normal[number] * self._lit.side[rows, None]
-        return np.asarray(receivers.place[number] + up * receivers.lift[number, None])
+        """(3, R) where rays of some of the pixels start, but for lifts near the terminator."""
+        return self._seen.receivers.starts(self._lit.number[rows], self._lit.side[rows])
 
     def _lifted(self, rows: _Rows, start: NDArray[np.float64], way: NDArray[np.float64]) -> _Aim:
         """Where rays start near the terminator, and where they go from there to the same place."""
         if not self._seen.smooth.any:
             return start, way
         number, side = self._lit.number[rows], self._lit.side[rows]
-        lift = self._seen.smooth.lift(number, _unit(way), side)
-        return start + lift, way if self._light.type == "SUN" else way - lift
+        some, lift = self._seen.smooth.lift(number, _unit(way), side)
+        start[:, some] += lift
+        if self._light.type != "SUN":
+            way[:, some] -= lift
+        return start, way
 
     def _way_to_spots(
         self, start: NDArray[np.float64], spots: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """(R, 3) from (R, 3) places to a spot (R,) each."""
-        places, origin = self._sample.spots[spots], self._seen.surface.origin
+        """(3, R) from (3, R) places to a spot (R,) each."""
+        places, origin = self._sample.spots, self._seen.surface.origin
         if self._sample.per_receiver:
-            return turned_way(self._light, start - (self._light.position - origin), places[:, :2])
-        return places if self._light.type == "SUN" else places - origin - start
+            from_centre = start.T - (self._light.position - origin)
+            return np.ascontiguousarray(turned_way(self._light, from_centre, places[spots, :2]).T)
+        if self._light.type != "SUN":
+            places = places - origin
+        way = np.ascontiguousarray(places.T).take(spots, axis=1)
+        return way if self._light.type == "SUN" else way - start
 
     def _open(
         self,
@@ -278,7 +290,7 @@ class _Rays:
                 is_open[part] = self._meets_nothing(start, way)
             else:
                 some = np.flatnonzero(chosen[part])
-                is_open[part.start + some] = self._meets_nothing(start[some], way[some])
+                is_open[part.start + some] = self._meets_nothing(start[:, some], way[:, some])
 
         # All that is made of so many rays stays in the processor's cache.
         in_parts(work, count, CHUNK)
@@ -289,21 +301,21 @@ class _Rays:
         self, start: NDArray[np.float64], way: NDArray[np.float64]
     ) -> NDArray[np.bool_]:
         if self._light.type == "SUN":
-            return ~self._rays.blocked(start, way, np.full(len(way), np.inf))
-        length = np.sqrt(np.einsum("rx,rx->r", way, way))
+            return ~self._rays.blocked(start.T, way.T, np.full(way.shape[1], np.inf))
+        length = np.sqrt(dot(way, way))
         limit = length * (1.0 - _SHORT_OF_LIGHT)
         emitter = self._sample.emitter
         if emitter is not None:
-            short = _before_emitter(emitter, start + self._seen.surface.origin, way)
+            short = _before_emitter(emitter, start.T + self._seen.surface.origin, way.T)
             limit = np.maximum(limit - short, 0.0)
-        direction = way / np.where(length > 0.0, length, 1.0)[:, None]
-        return ~self._rays.blocked(start, direction, limit)
+        direction = way / np.where(length > 0.0, length, 1.0)
+        return ~self._rays.blocked(start.T, direction.T, limit)
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 3) of length one; zeros stay."""
-    length = np.sqrt(np.einsum("nx,nx->n", vectors, vectors))
-    return np.asarray(vectors / np.where(length > 0.0, length, 1.0)[:, None])
+    """(3, N) of length one; zeros stay."""
+    length = np.sqrt(dot(vectors, vectors))
+    return np.asarray(vectors / np.where(length > 0.0, length, 1.0))
 
 
 def _before_emitter(

@@ -38,9 +38,9 @@ class EnvironmentRays:
         seen = self._seen
         sent = (rays[..., 3] > 0.0) & seen.hit
         some, receivers = seen.number[sent], seen.receivers
-        start = receivers.place[some] + receivers.lift[some, None] * receivers.normal[some]
+        start = receivers.starts(some)
         toward = rays[sent][:, :3].astype(np.float64)
         toward /= np.linalg.norm(toward, axis=1, keepdims=True)
         result = np.zeros(sent.shape, dtype=np.float32)
-        result[sent] = ~self._rays.blocked(start, toward, np.full(len(start), np.inf))
+        result[sent] = ~self._rays.blocked(start.T, toward, np.full(len(toward), np.inf))
         return result

@@ -15,6 +15,10 @@ What beats a texel has the higher score, so of all that see a point the best is 
 block is kept when one of its texels, or of those right beside it, hits a surface and is not beaten:
 bilinear footprints stay whole.
 
+Of many cameras each picture's texels are tried against the few dozen that would beat most of them
+if nothing stood between: every pair of cameras would take time that grows with their square, and
+trying fewer only keeps more.
+
 Of each block one texel is tried first, then one in sixteen, then all: most of the blocks that are
 kept are found after few texels, and none is dropped before all of its texels are beaten.
 """
@@ -44,6 +48,12 @@ _ROUNDING = np.float32(8.0 * 2.0**-23)
 
 # Texels at once: what numpy makes of them stays in the processor's cache.
 _PART = 1 << 14
+
+# Other cameras that a picture's texels are tried against, of how many of its texels that is judged,
+# and how many of them each texel is to have, if so many would beat it: some are hidden from it.
+MOST_RIVALS = 32
+_JUDGED = 1024
+_RIVALS_EACH = 4
 
 _STRIDES = (BLOCK, BLOCK // 4, 1)
 
@@ -91,7 +101,7 @@ def _kept(picture: SeenSurface, others: Sequence[SeenSurface]) -> NDArray[np.boo
     worth = np.zeros((side, side), dtype=bool)
     kept = np.zeros((blocks, blocks), dtype=bool)
     likely = np.full((blocks, blocks), -1, dtype=np.int64)
-    rivals = [_Rival.of(picture, other) for other in others]
+    rivals = _Rivals.of(picture, others).strongest(picture)
     for stride in _STRIDES:
         open_texels = _texels_of(~kept, side)
         if stride == 1:
@@ -143,17 +153,71 @@ class _Rival:
     turn: _Floats
     shift: _Floats
 
+
+@dataclass(frozen=True)
+class _Rivals:
+    """N other cameras: turns (N, 3, 3) and shifts (N, 3)."""
+
+    seen: Sequence[SeenSurface]
+    turn: _Floats
+    shift: _Floats
+
     @classmethod
-    def of(cls, picture: SeenSurface, seen: SeenSurface) -> _Rival:
-        mine, theirs = _axes(picture.camera), _axes(seen.camera)
-        apart = theirs @ (picture.camera.origin - seen.camera.origin)
-        return cls(seen, (theirs @ mine.T).astype(np.float32), apart.astype(np.float32))
+    def of(cls, picture: SeenSurface, others: Sequence[SeenSurface]) -> _Rivals:
+        mine = _axes([picture.camera])[0]
+        theirs = _axes([other.camera for other in others])
+        apart = [picture.camera.origin - other.camera.origin for other in others]
+        shift = np.einsum("nij,nj->ni", theirs, np.reshape(apart, (-1, 3)))
+        return cls(others, (theirs @ mine.T).astype(np.float32), shift.astype(np.float32))
+
+    def strongest(self, picture: SeenSurface) -> list[_Rival]:
+        """Those worth trying, in their order."""
+        chosen: Sequence[int] | _Texels = range(len(self.seen))
+        if len(self.seen) > MOST_RIVALS:
+            hit = np.flatnonzero(picture.depth.ravel() > 0.0)
+            would_beat = self._would_beat(picture, hit[:: max(1, len(hit) // _JUDGED)])
+            chosen = np.sort(_covering(would_beat))
+        return [_Rival(self.seen[n], self.turn[n], self.shift[n]) for n in chosen]
+
+    def _would_beat(self, picture: SeenSurface, texels: _Texels) -> NDArray[np.bool_]:
+        """(N, K) whether each camera's score is better at some texels' places, seen or not."""
+        with np.errstate(all="ignore"):
+            place, normal = _surface(picture, texels)
+            least = MARGIN * _score(picture.camera, place, normal)
+            there = self.turn @ place + self.shift[:, :, None]
+            across = self.turn @ normal
+            squared = (there * there).sum(axis=1)
+            facing = -(there * across).sum(axis=1) / np.sqrt(squared)
+            cameras = [other.camera for other in self.seen]
+            extent = np.array([camera.half_extent for camera in cameras], dtype=np.float32)
+            density = np.array([0.5 * camera.resolution for camera in cameras]) / extent
+            score = facing * (density.astype(np.float32) ** 2)[:, None] / squared
+            reach = there[:, 2] * extent[:, None]
+            inside = (np.abs(there[:, 0]) < reach) & (np.abs(there[:, 1]) < reach)
+            # Of one whose own score is wrong nothing is better.
+            return np.asarray(inside & (score > least) & (least > 0.0))
 
 
-def _axes(camera: CachingCamera) -> NDArray[np.float64]:
-    """(3, 3): right, up and forward in rows."""
-    rows = camera.world_from_camera[:3, :3].T.copy()
-    rows[2] *= -1.0
+def _covering(would_beat: NDArray[np.bool_]) -> list[int]:
+    """`MOST_RIVALS` of N cameras, one after the other that which is the most use to (N, K) texels
+    that have not `_RIVALS_EACH` of them yet."""
+    beats = would_beat.astype(np.float32)
+    wanted = np.full(beats.shape[1], _RIVALS_EACH, dtype=np.float32)
+    chosen: list[int] = []
+    for _ in range(MOST_RIVALS):
+        use = beats @ (wanted > 0.0).astype(np.float32)
+        use[chosen] = -1.0
+        best = int(use.argmax())
+        chosen.append(best)
+        wanted -= beats[best]
+    return chosen
+
+
+def _axes(cameras: Sequence[CachingCamera]) -> NDArray[np.float64]:
+    """(N, 3, 3): right, up and forward in rows."""
+    turns = [camera.world_from_camera[:3, :3].T for camera in cameras]
+    rows = np.array(turns, dtype=np.float64).reshape(-1, 3, 3)
+    rows[:, 2] *= -1.0
     return rows
 
 

@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.camplace.camera import CachingCamera
-from addon.corrmap.kept_blocks import MARGIN, SeenSurface, kept_blocks
+from addon.corrmap.kept_blocks import MARGIN, MOST_RIVALS, SeenSurface, kept_blocks
 from addon.corrmap.tile_layout import BLOCK
 from addon.progress import silent
 from addon.scene.geometry import SceneGeometry
@@ -89,6 +89,22 @@ def test_more_texels_count_as_coming_nearer() -> None:
     # At the edge of the same field of view, nine texels leave the picture.
     assert not coarse[1:7, 1:7].any()
     assert coarse.any()
+
+
+def test_of_many_cameras_those_are_tried_that_beat_something() -> None:
+    """Near cameras side by side see a part of the wall each; most others are no better, and the
+    best of all for what is behind a plate sees nothing but that."""
+    geometry = synthetic.geometry_of([wall(20.0), wall(6.0, y=-0.5)])
+    near = [camera(n, 3.0, x=1.5 * (n - 8)) for n in range(17)]
+    hidden = [camera(17 + n, 2.0, x=0.5 * n) for n in range(6)]
+    same = [camera(23 + n, 8.0, x=0.02 * n) for n in range(12)]
+    every = seen(geometry, [FAR, *near, *hidden, *same])
+    few = [every[0], *every[1:24]]
+    assert len(few) - 1 <= MOST_RIVALS < len(every) - 1
+    kept, expected = kept_blocks(every)[0], kept_blocks(few)[0]
+    assert np.array_equal(kept, expected)
+    assert kept.any()
+    assert not kept.all()
 
 
 def test_what_an_occluder_hides_from_the_near_camera_is_kept() -> None:

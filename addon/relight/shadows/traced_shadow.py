@@ -21,7 +21,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...camplace.embree_mesh import CHUNK
 from ...camplace.parallel import in_parts
 from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
@@ -52,6 +51,10 @@ _SIDE_IS_KNOWN = 1 << SPOTS
 # A ray ends this share of its length before the light's point. What holds a lamp may lie exactly
 # at the point; the sum of the roundings of start, direction and length is a few spacings (1.2e-7).
 _SHORT_OF_LIGHT = 16.0 * float(np.finfo(np.float32).eps)
+
+# Rays that are made at once: few enough to stay in the processor's cache, and enough that numpy's
+# calls are little beside them, also for those near the terminator.
+_PART = 1 << 14
 
 # Bytes of main memory for what is known of views' samples, 73 for a pixel.
 _RECEIVER_BUDGET = 512 << 20
@@ -292,8 +295,7 @@ class _Rays:
                 some = np.flatnonzero(chosen[part])
                 is_open[part.start + some] = self._meets_nothing(start[:, some], way[:, some])
 
-        # All that is made of so many rays stays in the processor's cache.
-        in_parts(work, count, CHUNK)
+        in_parts(work, count, _PART)
         self.count += count if chosen is None else int(np.count_nonzero(chosen))
         return is_open
 

@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
+import shutil
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import bpy
 import numpy as np
@@ -17,7 +18,7 @@ import pytest
 from addon.caching.bake import BakeSettings, bake_scene
 from addon.caching.edited_cameras import PLACEMENT_NAME
 from addon.caching.store import CacheStore
-from addon.caching.temporary_store import temporary_pictures
+from addon.caching.temporary_store import FOLDER_NAME, temporary_pictures
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.camplace.hole_cameras import HolePoints
@@ -62,7 +63,26 @@ def render(scene: Any) -> None:
     bpy.ops.render.render()
 
 
-def test_a_final_render_fills_its_holes_and_they_are_kept_or_let_go(scene: Any) -> None:
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Where the temporary pictures of the scene's render are kept once they are baked."""
+    return tmp_path_factory.mktemp("filled") / FOLDER_NAME
+
+
+def fill(scene: Any, pictures: Path) -> None:
+    """Put the pictures there that a render bakes for its holes: each test has the same scene."""
+    place = folder_of(scene) / FOLDER_NAME
+    if pictures.exists():
+        shutil.copytree(pictures, place)
+    else:
+        render(scene)
+        shutil.copytree(place, pictures)
+    assert temporary_pictures(folder_of(scene))[0] == 1
+
+
+def test_a_final_render_fills_its_holes_and_they_are_kept_or_let_go(
+    scene: Any, pictures: Path
+) -> None:
     folder = folder_of(scene)
     manifest = (folder / "manifest.json").read_bytes()
     before = session_state()
@@ -74,6 +94,7 @@ def test_a_final_render_fills_its_holes_and_they_are_kept_or_let_go(scene: Any) 
     count, size = temporary_pictures(folder)
     assert count == 1
     assert size > 0
+    fill(scene, pictures)
     assert (folder / "manifest.json").read_bytes() == manifest
     # What is there serves the next render, and nothing else is baked for it.
     render(scene)
@@ -96,9 +117,9 @@ def test_a_final_render_fills_its_holes_and_they_are_kept_or_let_go(scene: Any) 
     assert not bpy.ops.relume.discard_filled.poll()
 
 
-def test_kept_cameras_stand_beside_those_that_are_not_baked_yet(scene: Any) -> None:
+def test_kept_cameras_stand_beside_those_that_are_not_baked_yet(scene: Any, pictures: Path) -> None:
     folder = folder_of(scene)
-    render(scene)
+    fill(scene, pictures)
     (first,) = read_cameras(folder / PLACEMENT_NAME)
     placed = (first, *(replace(first, id=number, source=number) for number in (1, 2)))
     write_cameras(folder / PLACEMENT_NAME, placed)
@@ -109,13 +130,12 @@ def test_kept_cameras_stand_beside_those_that_are_not_baked_yet(scene: Any) -> N
 
 
 def test_pictures_that_do_not_fit_leave_the_cache_as_it_is(
-    scene: Any, monkeypatch: pytest.MonkeyPatch
+    scene: Any, pictures: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from addon.corrmap.block_pages import BlockPages
     from addon.ui.scene_session import SceneSession
 
-    render(scene)
-    assert temporary_pictures(folder_of(scene))[0] == 1
+    fill(scene, pictures)
 
     def full(*_: Any) -> Any:
         raise InputError("the GPU has no room")
@@ -137,9 +157,9 @@ def test_pictures_that_do_not_fit_leave_the_cache_as_it_is(
     assert alone.session.coverage.hole_fraction == holes > 0.0
 
 
-def test_temporary_pictures_go_with_the_file(scene: Any) -> None:
+def test_temporary_pictures_go_with_the_file(scene: Any, pictures: Path) -> None:
     folder = folder_of(scene)
-    render(scene)
+    fill(scene, pictures)
     assert bpy.ops.relume.discard_filled.poll()
     bpy.ops.relume.discard_filled()
     assert temporary_pictures(folder) == (0, 0)
@@ -235,10 +255,31 @@ def test_a_view_that_stands_still_has_its_holes_filled(
     assert filler.status == ""
 
 
+class QuickJob:
+    """In the place of a `HoleJob`: it is looked after three times, and bakes nothing."""
+
+    error, message = "", "baking"
+
+    def __init__(self, _scene: Any, _cache: Path, cameras: Sequence[CachingCamera]) -> None:
+        self.cameras = cameras
+        self.fraction = 0.0
+
+    def advance(self) -> None:
+        self.fraction += 1.0 / 3.0
+
+    @property
+    def done(self) -> bool:
+        return self.fraction > 0.9
+
+    def stop(self, *, waits: bool = False) -> None:
+        self.fraction = 1.0
+
+
 def test_two_viewports_have_their_holes_filled_one_after_the_other(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
+    monkeypatch.setattr(hole_job, "HoleJob", QuickJob)
     clock, folder = Clock(), folder_of(scene)
     fillers = [HoleFiller(clock), HoleFiller(clock)]
     for _ in range(2):
@@ -247,12 +288,18 @@ def test_two_viewports_have_their_holes_filled_one_after_the_other(
         clock.now += STILL_S + 0.01
     fillers[0]._tick()
     first = hole_job.current()
+    assert first is not None
     assert fillers[1]._tick() is not None
     assert hole_job.current() is first
-    for filler in fillers:
-        wait_for(filler)
-        assert filler.status == ""
-    assert temporary_pictures(folder)[0] == 2
+    assert fillers[1].status == "filling holes"
+    wait_for(fillers[0])
+    assert first.done
+    fillers[1]._tick()
+    second = cast("QuickJob", hole_job.current())
+    # Each has its own view's camera.
+    assert second.cameras[0].origin[0] == 1.0
+    wait_for(fillers[1])
+    assert [filler.status for filler in fillers] == ["", ""]
 
 
 def test_a_timer_that_is_there_is_not_set_again(extension: None) -> None:

@@ -22,10 +22,32 @@ def read_json(path: Path, what: str) -> Any:
     """
     try:
         text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the {what} '{path}': {error}") from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise InputError(f"the {what} '{path}' cannot be read: {reason}; check the path") from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"the {what} '{path}' are not text in UTF-8; save them so, or check the path"
+        ) from error
     try:
-        return json.loads(text)
+        return json.loads(text, object_pairs_hook=_without_doubles)
+    except _DoubleError as error:
+        raise InputError(
+            f"the {what} '{path}' have {error} twice in one object; leave one of them"
+        ) from error
     # ValueError: also a number of more digits than Python reads.
     except (ValueError, RecursionError) as error:
         raise InputError(f"the {what} '{path}' are not JSON: {error}") from error
+
+
+class _DoubleError(Exception):
+    """A name stands twice in an object; JSON takes the last one without a word."""
+
+
+def _without_doubles(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in pairs:
+        if name in found:
+            raise _DoubleError(repr(name))
+        found[name] = value
+    return found

@@ -19,8 +19,9 @@ from ..glsl.shader import (
     texture_from_array,
 )
 from ..glsl.uniforms import Field, UniformBlock
+from .bent_surfaces import BentSurfaces
 from .pixel_lists import ListBuilder, PixelLists
-from .same_surface import SAME_SURFACE_DEFINES
+from .same_surface import SAME_SURFACE_DEFINES, same_surface
 from .view_looks import ViewLooks
 from .visible_surface import VisibleSurface, clip_from_local
 
@@ -41,6 +42,13 @@ _STRAY = PassShader(
     defines=SAME_SURFACE_DEFINES,
     samplers=PAIR_SAMPLERS,
     outputs=(("FLOAT", "stray"),),
+)
+# Some pixels' hits are asked for wherever they are.
+_STRAY_BENT = replace(
+    _STRAY,
+    name="stray_bent",
+    samplers=(*PAIR_SAMPLERS, ("asked_pixels", "FLOAT_2D")),
+    defines=(*SAME_SURFACE_DEFINES, ("HAS_ASKED", "1")),
 )
 # Through a lens or a shutter a pixel's own surface may be hit anywhere.
 _STRAY_BLURRED = replace(
@@ -74,9 +82,13 @@ _PICK = PassShader(
 class PixelListPass:
     """Tells which hits are strays, for a `ListBuilder`."""
 
-    def __init__(self, looks: ViewLooks) -> None:
+    def __init__(self, looks: ViewLooks, bent: BentSurfaces | None = None) -> None:
         self._looks = looks
-        self._stray = (_STRAY_BLURRED if looks.is_blurred else _STRAY).build()
+        # Through a lens or a shutter a pixel's hits lie in other pixels.
+        self._bent = None if looks.is_blurred else bent
+        blurred = _STRAY_BLURRED if looks.is_blurred else _STRAY
+        self._stray = (blurred if self._bent is None else _STRAY_BENT).build()
+        self._asked: Texture | None = None
         self._pick = _PICK.build()
 
     def add(self, builder: ListBuilder, own: VisibleSurface, k: int) -> None:
@@ -89,7 +101,11 @@ class PixelListPass:
         """
         hits = self._looks.visible(k)
         mask = texture_2d(own.position.width, own.position.height, "R8")
-        self._stray.draw_fullscreen(framebuffer([mask]), pair_textures(own, hits), self._film(k))
+        textures = pair_textures(own, hits)
+        if self._bent is not None:
+            self._asked = self._asked or _asked_pixels(self._bent, own)
+            textures["asked_pixels"] = self._asked
+        self._stray.draw_fullscreen(framebuffer([mask]), textures, self._film(k))
         pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
         if not len(pixel):
             builder.add_none()
@@ -115,7 +131,8 @@ class PixelListPass:
         film = self._looks.film(k, pixel, position)
         # Where the pixel itself has been moved to, by the lens or by motion.
         moved = film - np.array(self._looks.offset(k)) if self._looks.is_blurred else None
-        builder.add(pixel, position, normal[:, :3], triangle, film, moved=moved)
+        alone = None if self._bent is None else self._bent.at(hits, position, triangle)
+        builder.add(pixel, position, normal[:, :3], triangle, film, moved=moved, alone=alone)
 
     def _film(self, k: int) -> dict[str, dict[str, Any]]:
         """Where the reference has its pixels."""
@@ -157,6 +174,26 @@ class PixelListTextures:
     def textures(self) -> dict[str, Texture]:
         """By the names of resolve.glsl."""
         return {"list_place": self.place, "list_entries": self.entries}
+
+
+def _asked_pixels(bent: BentSurfaces, own: VisibleSurface) -> Texture:
+    """R8, 1 where a pixel's own sample is shaded for that pixel alone, and is not all that it sees:
+    where highlights are narrow and a neighbour is on another surface."""
+    position, normal = read_texture(own.position), read_texture(own.normal)[..., :3]
+    height, width, _ = position.shape
+    is_bent = bent.at(own, position.reshape(-1, 4), read_texture(own.triangles).reshape(-1, 2))
+    beside = np.zeros((height, width), dtype=bool)
+    for one, other in (
+        (np.s_[:, 1:], np.s_[:, :-1]),
+        (np.s_[1:], np.s_[:-1]),
+        (np.s_[1:, 1:], np.s_[:-1, :-1]),
+        (np.s_[1:, :-1], np.s_[:-1, 1:]),
+    ):
+        apart = ~same_surface(position[one], normal[one], position[other], normal[other])
+        beside[one] |= apart
+        beside[other] |= apart
+    asked = beside & is_bent.reshape(height, width)
+    return texture_from_array(asked[..., None].astype(np.float32), "R8")
 
 
 def pair_textures(own: VisibleSurface, hits: VisibleSurface) -> dict[str, Texture]:

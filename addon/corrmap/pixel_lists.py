@@ -10,6 +10,9 @@ that hits the surface of that pixel's own sample counts for it. Any other is a *
 for a sample of the cell that it falls into, the middle's or a further one, which is made the first
 time that a surface is met there. So samples are shared by all pixels that see them, and there are
 further ones only where a cell holds more than one surface.
+
+Where a highlight is narrower than a pixel (`bent_surfaces`), the pixels that see one facet see
+unlike parts of it: samples of such facets are each pixel's own, and shaded where it hits them.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .own_hits import OwnHits, OwnHitsBuilder
 from .same_surface import same_surface
 
 # Samples that a cell has at most; what else is met there counts for the nearest one.
@@ -49,6 +53,7 @@ class PixelLists:
         normal: (E, 3) float32: as `VisibleSurface.normal`.
         triangle: (E, 2) float32: as `VisibleSurface.triangles`.
         visibility: visibility samples of each pixel.
+        own_hits: of samples that serve one pixel alone.
     """
 
     height: int
@@ -62,6 +67,7 @@ class PixelLists:
     normal: NDArray[np.float32]
     triangle: NDArray[np.float32]
     visibility: int
+    own_hits: OwnHits
 
     @property
     def samples_per_pixel(self) -> float:
@@ -97,6 +103,7 @@ class ListBuilder:
         self._new: list[NDArray[np.int64]] = []
         self._keys = np.zeros(0, dtype=np.int64)
         self._times = np.zeros(0, dtype=np.int64)
+        self._hits = OwnHitsBuilder()
 
     @property
     def entries(self) -> int:
@@ -117,6 +124,7 @@ class ListBuilder:
         film: NDArray[np.float64],
         *,
         moved: NDArray[np.float64] | None = None,
+        alone: NDArray[np.bool_] | None = None,
     ) -> None:
         """Count one visibility sample of every pixel.
 
@@ -130,6 +138,8 @@ class ListBuilder:
                 or a shutter. The sample of the cell there, which is shaded all over that cell's
                 filter, serves first; without, that is the pixel's own, of which the hits are
                 strays.
+            alone: (N,) which of them are to be shaded for their own pixel, by samples of that
+                pixel's cell. Some that are on the pixel's own surface may be among them.
         """
         self._visibility += 1
         sample = np.full(len(pixel), -1, dtype=np.int64)
@@ -140,7 +150,16 @@ class ListBuilder:
             sample[serves] = near[serves]
         rest = np.flatnonzero(sample < 0)
         cell = self._cells(film[rest])
+        if alone is not None:
+            place, facing = self._position[pixel], self._normal[pixel]
+            alone = alone | same_surface(place, facing, position, normal)
+            cell = np.where(alone[rest], pixel[rest], cell)
         sample[rest] = self._samples_of(cell, position[rest], normal[rest], triangle[rest])
+        if alone is not None:
+            # Of a crowded cell another surface's sample may serve.
+            place, facing = self._position[sample], self._normal[sample]
+            kept = alone & same_surface(place, facing, position, normal)
+            self._hits.add(OwnHits(sample[kept], position[kept], normal[kept], triangle[kept]))
         self._new.append(pixel << 32 | sample)
         if sum(len(keys) for keys in self._new) > _COUNT_TOGETHER:
             self._count_together()
@@ -152,14 +171,17 @@ class ListBuilder:
     def finish(self) -> PixelLists:
         """The lists of what was added so far."""
         self._count_together()
-        pixel, sample = self._keys >> 32, self._keys & _LOW
+        pixel, sample, hits = self._keys >> 32, self._keys & _LOW, self._times
+        # What came back to its own pixel's sample is no stray.
+        is_stray = pixel != sample
+        pixel, sample, hits = pixel[is_stray], sample[is_stray], hits[is_stray]
         listed, times = np.unique(pixel, return_counts=True)
-        strays = np.bincount(pixel, self._times, self._pixels)[listed]
+        strays = np.bincount(pixel, hits, self._pixels)[listed]
         own = self._visibility - strays.astype(np.int64)
         kept = own > 0
         pixel = np.concatenate([pixel, listed[kept]])
         sample = np.concatenate([sample, listed[kept]])
-        count = np.concatenate([self._times, own[kept]])
+        count = np.concatenate([hits, own[kept]])
         order = np.argsort(pixel, kind="stable")
         lengths = np.zeros(self._pixels, dtype=np.int64)
         lengths[listed] = times + kept
@@ -176,6 +198,7 @@ class ListBuilder:
             normal=self._normal[extra].copy(),
             triangle=self._triangle[extra].copy(),
             visibility=self._visibility,
+            own_hits=self._hits.finish(),
         )
 
     def _cells(self, film: NDArray[np.float64]) -> NDArray[np.int64]:

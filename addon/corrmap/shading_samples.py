@@ -20,7 +20,6 @@ import numpy as np
 
 from ..glsl.shader import (
     PassShader,
-    ShaderProgram,
     Texture,
     framebuffer,
     max_texture_width,
@@ -29,9 +28,11 @@ from ..glsl.shader import (
     texture_from_array,
 )
 from ..glsl.uniforms import Field, UniformBlock
+from .bent_surfaces import BentSurfaces
 from .correspondence import CorrespondencePass, GatherPass
 from .geometry_buffer import GeometryBuffer
 from .mean_surface import MeanPass
+from .own_hits import OWN_HIT_DEFINES, OWN_HIT_SAMPLERS
 from .pixel_list_pass import PAIR_SAMPLERS, PixelListPass, PixelListTextures, pair_textures
 from .pixel_lists import ListBuilder, PixelLists
 from .same_surface import SAME_SURFACE_DEFINES
@@ -63,7 +64,11 @@ _HITS = PassShader(
     fragment="sample_hits",
     library=("same_surface",),
     defines=SAME_SURFACE_DEFINES,
-    blocks=(UniformBlock("hits", (Field("vec2", "offset"), Field("int", "height"))),),
+    blocks=(
+        UniformBlock(
+            "hits", (Field("vec2", "offset"), Field("int", "height"), Field("int", "number"))
+        ),
+    ),
     samplers=(
         *PAIR_SAMPLERS,
         ("sample_triangle", "FLOAT_2D"),
@@ -75,6 +80,12 @@ _HITS = PassShader(
         ("VEC4", "surface_geometric_normal"),
         ("VEC2", "surface_triangle"),
     ),
+)
+_OWN_HITS = replace(
+    _HITS,
+    name="sample_own_hits",
+    defines=(*_HITS.defines, *OWN_HIT_DEFINES),
+    samplers=(*_HITS.samplers, *OWN_HIT_SAMPLERS),
 )
 _OBJECTS = PassShader(
     name="sample_objects",
@@ -94,6 +105,7 @@ class ShadingSamples:
         geometry: whose triangles are seen.
         visibility: how many visibility samples the lists are made of.
         memory_budget: bytes of the GPU's memory for the places where samples are shaded.
+        bent: where highlights are narrower than a pixel, if anywhere.
     """
 
     def __init__(
@@ -105,6 +117,7 @@ class ShadingSamples:
         *,
         visibility: int,
         memory_budget: int,
+        bent: BentSurfaces | None = None,
     ) -> None:
         self._looks = looks
         self._correspondence, self._gather = passes
@@ -112,6 +125,8 @@ class ShadingSamples:
         self._geometry = geometry
         self._visibility = visibility
         self._memory_budget = memory_budget
+        self._bent = bent
+        self._hit_textures: dict[str, Texture] = {}
         self._own: VisibleSurface | None = None
         self._builder: ListBuilder | None = None
         self._lists: PixelListTextures | None = None
@@ -190,11 +205,7 @@ class ShadingSamples:
 
     @cached_property
     def _pass(self) -> PixelListPass:
-        return PixelListPass(self._looks)
-
-    @cached_property
-    def _hits_program(self) -> ShaderProgram:
-        return _HITS.build()
+        return PixelListPass(self._looks, self._bent)
 
     def _objects_of(self, triangles: Texture) -> Texture:
         """R32F, as `SurfaceBuffer.objects`."""
@@ -217,6 +228,8 @@ class ShadingSamples:
         cells = np.zeros((max(rows, 1) * width, 2), dtype=np.float32)
         cells[:number] = np.stack([lists.cell % width, lists.cell // width], axis=1)
         self._cells = texture_from_array(cells.reshape(-1, width, 2), "RG32F")
+        if len(lists.own_hits):
+            self._hit_textures = lists.own_hits.textures(width, lists.height + rows)
         if not rows:
             return own
         whole = []
@@ -243,15 +256,17 @@ class ShadingSamples:
         own, hits = self._own, self._looks.pinhole(k)
         size = (own.position.width, own.position.height)
         targets = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
-        self._hits_program.draw_fullscreen(
+        height = self._lists.lists.height
+        (_OWN_HITS if self._hit_textures else _HITS).build().draw_fullscreen(
             framebuffer(targets),
             {
                 **pair_textures(own, hits),
                 "sample_triangle": own.triangles,
                 "visible_triangle": hits.triangles,
                 "sample_cell": self._cells,
+                **self._hit_textures,
             },
-            {"hits": {"offset": self._looks.offset(k), "height": self._lists.lists.height}},
+            {"hits": {"offset": self._looks.offset(k), "height": height, "number": k}},
         )
         position, normal, triangles = targets
         return replace(own, position=position, normal=normal, triangles=triangles)

@@ -18,6 +18,7 @@ from ..scene.exposure import Exposure
 from ..scene.geometry import SceneGeometry
 from ..scene.surface_edit import NO_EDITS, SurfaceEdits
 from ..scene.view import View, same_view
+from .bent_surfaces import BentSurfaces
 from .confidence import Confidence, ConfidencePass
 from .correspondence import (
     CorrespondenceMap,
@@ -89,6 +90,7 @@ class SurfaceSampler:
         self._shading: ShadingSamples | None = None
         # Visibility samples that were asked for.
         self._visibility = 0
+        self._bent: tuple[GeometryBuffer, BentSurfaces | None] | None = None
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
         self._local_scene: LocalScene | None = None
@@ -307,8 +309,17 @@ class SurfaceSampler:
                 self.geometry_buffer,
                 visibility=visibility,
                 memory_budget=self._memory_budget,
+                bent=self._bent_surfaces(self.geometry_buffer),
             )
         return self._shading.step()
+
+    def _bent_surfaces(self, buffer: GeometryBuffer) -> BentSurfaces | None:
+        """Those of the scene, found once for the triangles as they are numbered."""
+        if self._bent is None or self._bent[0] is not buffer:
+            table = read_texture(self._pages.material_table)
+            layout, order = self._pages.surface_layout, buffer.scene_triangle
+            self._bent = buffer, BentSurfaces.of(self._geometry, order, layout, table)
+        return self._bent[1]
 
     @property
     def shading_progress(self) -> float:

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Which pixels' hits are on another surface than their own shading sample. */
+ * Which pixels' hits are on another surface than their own shading sample, or are asked for. */
 
 #ifdef IS_BLURRED
 /* Whether a place is moved by half a pixel from where this pixel's sample lies without blur. */
@@ -22,6 +22,9 @@ void main()
 #ifdef IS_BLURRED
   vec4 hit = texelFetch(visible_position, pixel, 0);
   same = same && (hit.w == 0.0 || !is_elsewhere(hit.xyz));
+#endif
+#ifdef HAS_ASKED
+  same = same && texelFetch(asked_pixels, pixel, 0).r < 0.5;
 #endif
   stray = same ? 0.0 : 1.0;
 }

@@ -40,10 +40,14 @@ class PixelPlaces:
     with_neighbours: int | None
 
     @property
+    def rows(self) -> int:
+        """Those with neighbours."""
+        return self.size[0] if self.with_neighbours is None else self.with_neighbours
+
+    @property
     def alone(self) -> NDArray[np.bool_]:
         """(N,) which have no neighbours."""
-        last = self.size[0] if self.with_neighbours is None else self.with_neighbours
-        return np.asarray(self.row >= last)
+        return np.asarray(self.row >= self.rows)
 
     def any_near(self, chosen: NDArray[np.bool_], near: int) -> NDArray[np.bool_]:
         """(N,) whether any pixel up to `near` rows and columns away is chosen (N,)."""
@@ -69,7 +73,9 @@ def look_at_spots(reach: Reach, places: PixelPlaces, thorough: float) -> NDArray
     looks.look(reach, some, first[some, None] ^ np.arange(1, 4))
     # In 3 x 3 as well, of four each.
     some = np.flatnonzero((looks.count > 1) & looks.differ(places, 1))
-    if len(some) <= thorough * np.prod(places.size):
+    # The picture's own: what else there is has no say in how its shadows look.
+    own = np.count_nonzero(~places.alone[some])
+    if own <= thorough * places.rows * places.size[1]:
         looks.look(reach, some, first[some, None] ^ np.arange(4, SPOTS))
     return looks.spots()
 

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What visibility samples hit of shading samples that serve a single pixel.
+
+Sample k of the lights is shaded at one of these places, so that none of them is shaded elsewhere
+than where the pixel sees it, however little of the pixel its surface takes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..glsl.shader import Samplers, Texture, texture_from_array
+
+# Texels in a row of the hits' textures.
+ROW = 4096
+
+OWN_HIT_SAMPLERS: Samplers = (
+    ("hit_range", "FLOAT_2D"),
+    ("hit_position", "FLOAT_2D"),
+    ("hit_normal", "FLOAT_2D"),
+    ("hit_triangle", "FLOAT_2D"),
+)
+OWN_HIT_DEFINES = (("HAS_OWN_HITS", "1"), ("HITS_ROW", str(ROW)))
+
+
+@dataclass(frozen=True)
+class OwnHits:
+    """Hits, one sample's after another's, in the order of the visibility samples.
+
+    Attributes:
+        sample: (K,) int64, ascending: of which shading sample each is.
+        position: (K, 4) float32, as `VisibleSurface.position`.
+        normal: (K, 3) float32, as `VisibleSurface.normal`.
+        triangle: (K, 2) float32, as `VisibleSurface.triangles`.
+    """
+
+    sample: NDArray[np.int64]
+    position: NDArray[np.float32]
+    normal: NDArray[np.float32]
+    triangle: NDArray[np.float32]
+
+    def __len__(self) -> int:
+        return len(self.sample)
+
+    def textures(self, width: int, height: int) -> dict[str, Texture]:
+        """By the names in `OWN_HIT_SAMPLERS`; `hit_range` is as large as the samples' atlas, and
+        has of each the first hit's number and how many there are."""
+        count = np.bincount(self.sample, minlength=width * height)
+        first = np.cumsum(count) - count
+        ranges = np.stack([first, count], axis=1).astype(np.float32)
+        normal = np.pad(self.normal, ((0, 0), (0, 1)))
+        return {
+            "hit_range": texture_from_array(ranges.reshape(height, width, 2), "RG32F"),
+            "hit_position": texture_from_array(_in_rows(self.position), "RGBA32F"),
+            "hit_normal": texture_from_array(_in_rows(normal), "RGBA32F"),
+            "hit_triangle": texture_from_array(_in_rows(self.triangle), "RG32F"),
+        }
+
+
+class OwnHitsBuilder:
+    """Takes hits as they come.
+
+    Args:
+        most: how many there may be; more are left out.
+    """
+
+    def __init__(self, most: int = 1 << 22) -> None:
+        self._most = most
+        self._count = 0
+        self._parts = [
+            OwnHits(
+                np.zeros(0, dtype=np.int64),
+                *(np.zeros((0, size), dtype=np.float32) for size in (4, 3, 2)),
+            )
+        ]
+
+    def add(self, hits: OwnHits) -> None:
+        """Take some of one visibility sample."""
+        if self._count + len(hits) <= self._most:
+            self._count += len(hits)
+            self._parts.append(hits)
+
+    def finish(self) -> OwnHits:
+        """All of them."""
+        order = np.argsort(np.concatenate([part.sample for part in self._parts]), kind="stable")
+        sample, *values = (
+            np.concatenate([getattr(part, name) for part in self._parts])[order]
+            for name in ("sample", "position", "normal", "triangle")
+        )
+        return OwnHits(sample, *values)
+
+
+def _in_rows(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    rows = max(-(-len(values) // ROW), 1)
+    filled = np.zeros((rows * ROW, values.shape[1]), dtype=np.float32)
+    filled[: len(values)] = values
+    return filled.reshape(rows, ROW, -1)

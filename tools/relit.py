@@ -168,7 +168,7 @@ def read_region(scene: Any, view: View) -> RenderRegion | None:
     """
     from addon.scene.view_reader import read_render_region
 
-    return read_render_region(scene.render, view.width, view.height)
+    return read_render_region(scene.render, view)
 
 
 def read_exposure_of(

@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from .view import View
 
 # Pixels about a region that are drawn with it: what its border's pixels take from their neighbours
-# is there.
-MARGIN = 4
+# is there. Through a lens or a shutter that is what lies as far as the blur goes.
+_MARGIN = 4
+_MARGIN_OF_BLUR = 32
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class RenderRegion:
         left, bottom, right, top: pixels; row 0 is at the bottom.
         is_cropped: whether the picture that is made is the region alone; else it is whole, with
             nothing outside of the region.
+        is_blurred: whether the view is, by its lens or by motion.
     """
 
     width: int
@@ -33,6 +35,12 @@ class RenderRegion:
     right: int
     top: int
     is_cropped: bool = False
+    is_blurred: bool = False
+
+    @property
+    def margin(self) -> int:
+        """Pixels on each side that are drawn beside the region."""
+        return _MARGIN_OF_BLUR if self.is_blurred else _MARGIN
 
     @property
     def edges(self) -> tuple[int, int, int, int]:
@@ -40,20 +48,19 @@ class RenderRegion:
         return self.left, self.bottom, self.right, self.top
 
     def of(self, whole: View) -> View:
-        """What is drawn of a whole picture's view: the region and MARGIN pixels about it."""
-        return whole.region(
-            self.left - MARGIN, self.bottom - MARGIN, self.right + MARGIN, self.top + MARGIN
-        )
+        """What is drawn of a whole picture's view: the region and its margin."""
+        m = self.margin
+        return whole.region(self.left - m, self.bottom - m, self.right + m, self.top + m)
 
     def cut(self, drawn: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(h, w, C), the region alone, of what was drawn (h + 2 MARGIN, w + 2 MARGIN, C)."""
-        return drawn[MARGIN:-MARGIN, MARGIN:-MARGIN]
+        """(h, w, C), the region alone, of what was drawn (h + 2 margins, w + 2 margins, C)."""
+        return drawn[self.margin : -self.margin, self.margin : -self.margin]
 
     def picture(self, drawn: NDArray[np.float32], empty: ArrayLike = 0.0) -> NDArray[np.float32]:
         """The picture that is made of what was drawn.
 
         Args:
-            drawn: (h + 2 MARGIN, w + 2 MARGIN, C).
+            drawn: (h + 2 margins, w + 2 margins, C).
             empty: a pixel's (C,) values outside of the region.
 
         Returns:

@@ -77,8 +77,8 @@ def read_view(
     )
 
 
-def read_render_region(render: Any, width: int, height: int) -> RenderRegion | None:
-    """The part of a picture of this size that Blender's render settings ask for; None for all.
+def read_render_region(render: Any, view: View) -> RenderRegion | None:
+    """The part of a view that Blender's render settings ask for; None for all.
 
     Raises:
         InputError: the region has no pixel.
@@ -90,14 +90,23 @@ def read_render_region(render: Any, width: int, height: int) -> RenderRegion | N
     def edge(share: float, pixels: int) -> int:
         return int(np.float32(share) * np.float32(pixels))
 
+    width, height = view.width, view.height
     left, right = edge(render.border_min_x, width), edge(render.border_max_x, width)
     bottom, top = edge(render.border_min_y, height), edge(render.border_max_y, height)
     if right <= left or top <= bottom:
         raise InputError(
             "the render region has no pixel; draw a larger one, or clear it (Ctrl+Alt+B)"
         )
-    cropped = bool(render.use_crop_to_border)
-    return RenderRegion(width, height, left, bottom, right, top, cropped)
+    return RenderRegion(
+        width,
+        height,
+        left,
+        bottom,
+        right,
+        top,
+        is_cropped=bool(render.use_crop_to_border),
+        is_blurred=view.lens is not None or bool(render.use_motion_blur),
+    )
 
 
 def read_viewport(region: Any, region_data: Any, scene: Any, lens: Lens | None = None) -> View:

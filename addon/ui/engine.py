@@ -49,7 +49,7 @@ class RelumeEngine(bpy.types.RenderEngine):
         scene = depsgraph.scene
         try:
             view = read_view(depsgraph, find_camera(scene))
-            region = read_render_region(scene.render, view.width, view.height)
+            region = read_render_region(scene.render, view)
             view = view if region is None else region.of(view)
         except InputError as error:
             self._refuse(error)

@@ -278,8 +278,9 @@ def test_render_regions_are_blenders(
         render.border_min_x, render.border_max_x = x
         render.border_min_y, render.border_max_y = y
         render.use_border = render.use_crop_to_border = True
+        view = perspective_view(np.eye(4), width, height, 1.0)
         try:
-            region = read_render_region(render, width, height)
+            region = read_render_region(render, view)
         except InputError:
             refused += 1
             with pytest.raises(RuntimeError, match="too small"):

@@ -47,26 +47,30 @@ class LayerStack:
         self.stride = stride
         self._parts = parts
         self._layers: dict[str, LightLayer] = {}
+        self._wanted: tuple[str, ...] = ()
+        self._size = (0, 0)
 
     def __getitem__(self, name: str) -> LightLayer:
         return self._layers[name]
 
     def get(self, name: str) -> LightLayer | None:
-        """The layer of that name, if there is one."""
+        """The layer of that name, if it has any sample."""
         return self._layers.get(name)
 
+    def samples(self, name: str) -> int:
+        """Samples in the layer of that name."""
+        layer = self._layers.get(name)
+        return 0 if layer is None else layer.samples
+
     def require(self, names: Iterable[str], width: int, height: int) -> None:
-        """Make the named layers of a view exist, empty if new, and drop all others."""
-        wanted = list(names)
-        self._layers = {name: self._layers[name] for name in wanted if name in self._layers}
-        size = (-(-width // self.stride), -(-height // self.stride))
-        for name in wanted:
-            if name not in self._layers:
-                textures = tuple(texture_2d(*size) for _ in range(self._parts(name)))
-                target = framebuffer(textures)
-                with target.bind():
-                    target.clear(color=(0.0, 0.0, 0.0, 0.0))
-                self._layers[name] = LightLayer(textures, target)
+        """Want the named layers of a view, empty if new, and drop all others.
+
+        They are made when they get their first sample: of those that a moving view never comes to,
+        not even the memory is touched.
+        """
+        self._wanted = tuple(names)
+        self._layers = {name: self._layers[name] for name in self._wanted if name in self._layers}
+        self._size = (-(-width // self.stride), -(-height // self.stride))
 
     def drop(self, name: str) -> None:
         """Forget a layer whose light changed."""
@@ -78,8 +82,8 @@ class LayerStack:
 
     def next_sample(self, names: Iterable[str]) -> int | None:
         """The lowest sample that some of the named layers lacks; None when all are complete."""
-        layers = [self._layers[name] for name in names if name in self._layers]
-        lowest = min((layer.samples for layer in layers), default=self.count)
+        done = [self.samples(name) for name in names if name in self._wanted]
+        lowest = min(done, default=self.count)
         return lowest if lowest < self.count else None
 
     def advance(
@@ -91,7 +95,7 @@ class LayerStack:
         """Draw the next sample into one of those named layers that have the fewest.
 
         Args:
-            names: the layers that are wanted; those that do not exist are passed over.
+            names: which layers; those that are not wanted are passed over.
             draw: adds sample k of a layer: called as draw(name, layer, k).
             first: layers to take before others.
 
@@ -101,9 +105,18 @@ class LayerStack:
         k = self.next_sample(names)
         if k is None:
             return None
-        behind = [n for n in names if n in self._layers and self._layers[n].samples == k]
+        behind = [n for n in names if n in self._wanted and self.samples(n) == k]
         name = next((name for name in behind if name in first), behind[0])
-        layer = self._layers[name]
+        layer = self._layers.get(name)
+        if layer is None:
+            layer = self._layers[name] = self._empty(name)
         draw(name, layer, k)
         layer.samples += 1
         return name
+
+    def _empty(self, name: str) -> LightLayer:
+        textures = tuple(texture_2d(*self._size) for _ in range(self._parts(name)))
+        target = framebuffer(textures)
+        with target.bind():
+            target.clear(color=(0.0, 0.0, 0.0, 0.0))
+        return LightLayer(textures, target)

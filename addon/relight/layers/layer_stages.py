@@ -71,7 +71,7 @@ class LayerStages:
         self._draft.require([n for n in unsteady if few and self._in_cells(n)], width, height)
         rough = [name for name in unsteady if not self._has_draft(name)]
         self._preview.require(rough, width, height)
-        coarse = [n for n in rough if self._preview[n].samples == 0]
+        coarse = [n for n in rough if self._preview.samples(n) == 0]
         slow = self.preview_s > _COARSE_ABOVE_S
         self._coarse.require(coarse if slow else [], width, height)
 
@@ -122,7 +122,7 @@ class LayerStages:
 
     def samples(self, name: str) -> int:
         """Samples in a layer's mean."""
-        return self._refined[name].samples
+        return self._refined.samples(name)
 
     def finished(self, name: str) -> bool:
         """Whether a layer's mean has all its samples."""

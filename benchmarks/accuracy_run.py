@@ -32,8 +32,9 @@ from tools.picture_file import PictureFile
 from .accuracy_cases import LIGHTS, add_light, is_soft
 from .accuracy_scenes import SETUPS, Setup, build
 
-# Cycles' samples for each half of a reference of a light whose points differ.
-SOFT_SAMPLES, HARD_SAMPLES = 128, 4
+# Cycles' samples for each half of a reference, of lights whose points differ and of others: of
+# these only pixels at shadows' edges need more than one.
+SOFT_SAMPLES, HARD_SAMPLES = 128, 64
 
 
 def file_name(light: str) -> str:
@@ -56,7 +57,7 @@ class Run:
         """Measure one light."""
         add_light(self._setup.scene, name, self._setup.world_from_light, self._setup.scale)
         try:
-            pictures = {f"relit {count}": self._relit(name, count) for count in counts}
+            pictures = {f"relit {count}": self._relit(count) for count in counts}
             pictures |= self._reference(name)
         finally:
             for obj in [o for o in bpy.data.objects if o.type == "LIGHT"]:
@@ -77,7 +78,7 @@ class Run:
         shadows = ShadowSettings(method=self._shadows)
         return RelightSession(geometry, CacheStore.open(cache), 1, shadows)
 
-    def _relit(self, name: str, count: int) -> np.ndarray:
+    def _relit(self, count: int) -> np.ndarray:
         """(H, W, 3)."""
         scene = self._setup.scene
         lights, world, view = with_render_depsgraph(
@@ -86,7 +87,7 @@ class Run:
         if self._session is None:
             self._session = self._open()
         session = self._session
-        session.set_samples(count if is_soft(name) else 1)
+        session.set_samples(count)
         session.set_lights(lights)
         session.set_world(world)
         session.set_view(view)

@@ -89,12 +89,13 @@ def _shorts(table: Table, lobes: list[str], count: int) -> list[str]:
     by_cause: dict[str, list[tuple[str, str, int, Figures]]] = {}
     for setup, light, lobe, figures in _all(table):
         if figures.judge(count) == "short":
-            key = cause_of(setup, light, lobes[lobe - 1])
+            key = cause_of(setup, light, lobes[lobe - 1], figures.psnr[count])
             by_cause.setdefault(key, []).append((setup, light, lobe, figures))
     if not by_cause:
         return [f"Nothing is, at {count} samples.", ""]
     lines = [
-        f"At {count} samples:", "", "| cause | pairs | worst | plan |", "| --- | --- | --- | --- |"
+        f"At {count} samples; the letters are those beside the pairs below:", "",
+        "| | cause | pairs | worst | plan |", "| --- | --- | --- | --- | --- |",
     ]  # fmt: skip
     for key, cause in CAUSES.items():
         pairs = by_cause.get(key, [])
@@ -105,7 +106,7 @@ def _shorts(table: Table, lobes: list[str], count: int) -> list[str]:
             f"{setup}: {light} on {lobes[lobe - 1]}, {_number(figures.psnr[count])} dB, "
             f"{100.0 * figures.mean[count]:+.1f} %"
         )
-        lines.append(f"| {cause.why} | {len(pairs)} | {worst} | {cause.plan} |")
+        lines.append(f"| {cause.letter} | {cause.why} | {len(pairs)} | {worst} | {cause.plan} |")
     return [*lines, ""]
 
 
@@ -114,7 +115,8 @@ def _pairs(
 ) -> list[str]:
     about = (
         f"PSNR in dB at {count} samples, and the mean's error in per cent where it is half a per "
-        "cent or more. **Bold**: short. (In brackets): Cycles' noise hides it. -: no light."
+        "cent or more. **Bold**: short, for the reason of that letter. (In brackets): Cycles' "
+        "noise hides it. -: no light."
     )
     lines = [
         f"## All pairs: {setup}", "", about, "",
@@ -131,7 +133,10 @@ def _pairs(
             if abs(figures.mean[count]) >= 0.005:
                 text += f" {100.0 * figures.mean[count]:+.1f}"
             verdict = figures.judge(count)
-            cells.append({"short": f"**{text}**", "noise": f"({text})"}.get(verdict, text))
+            if verdict == "short":
+                key = cause_of(setup, light, lobes[lobe - 1], figures.psnr[count])
+                text = f"**{text}** {CAUSES[key].letter}"
+            cells.append(f"({text})" if verdict == "noise" else text)
         lines.append(f"| {light} | " + " | ".join(cells) + " |")
     return [*lines, ""]
 

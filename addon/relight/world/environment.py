@@ -44,8 +44,10 @@ _LEAST_DIRECTIONS = 4
 _MOST_DIRECTIONS = 16
 _IN_ONE_PASS = 8
 
-# The same of the rays of each pixel.
-_RAYS = 128
+# The same of the rays of each pixel, which cost a third of what directions do. With 128 these,
+# which all pixels share, had so much to say that an Ashikhmin-Shirley lobe's mean was off by 1.2 %,
+# at 48 dB in place of 55.
+_RAYS = 512
 _MOST_RAYS = 8
 
 # Lobes that a ray can't stand for.

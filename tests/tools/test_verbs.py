@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 from addon.caching.manifest_seal import sealed
+from addon.caching.store import CacheStore
+from addon.camplace.cameras_file import write_cameras
 from tests.tools.conftest import Run
 from tests.tools.test_bad_input import assert_refused, save_scene, write
 from tests.tools.test_command_line import ROOT, relume
@@ -267,7 +269,7 @@ def spoil(cache: Path, how: str) -> None:
         ("truncated camera", ".exr"),
         ("missing camera", ".exr"),
         ("truncated manifest", "manifest.json is damaged"),
-        ("older schema", "version 0"),
+        ("older schema", "older version"),
         ("another scene", "another scene"),
     ],
 )
@@ -294,7 +296,12 @@ def test_another_scenes_cache_is_not_baked_over(
     words = ("bake", scene, "--cache", copy, "--preset", "draft")
     assert_refused(relume_here(*words), "another scene", "--overwrite")
     assert (copy / "manifest.json").read_bytes() == manifest
-    assert relume_here(*words, "--overwrite").returncode == 0
+    # One camera is enough to see that it is baked over.
+    one = tmp_path / "cameras.json"
+    write_cameras(one, CacheStore.open(cache).cameras[:1])
+    assert relume_here(*words, "--placement", one, "--overwrite").returncode == 0
+    assert len(CacheStore.open(copy).cameras) == 1
+    assert CacheStore.open(copy).manifest.fingerprint == CacheStore.open(cache).manifest.fingerprint
 
 
 def test_a_cache_that_cannot_be_made(

@@ -7,7 +7,7 @@ the highlight, and some do not.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,14 +31,16 @@ class BentSurfaces:
     """What tells how fast normals turn beside the highlights' width.
 
     Attributes:
-        turn: (T,) float32, radians per metre along a triangle, by its number in the
-            `GeometryBuffer`.
+        geometry: its triangles.
+        order: (T,) of each number in the `GeometryBuffer` the triangle.
         widest: (M + 2,) float64, by 1 + material id: the turn within a pixel up to which a
             highlight is as wide as the pixel, radians; infinite of a material without highlights.
     """
 
-    turn: NDArray[np.float32]
+    geometry: SceneGeometry
+    order: NDArray[np.int64]
     widest: NDArray[np.float64]
+    _turn: NDArray[np.float32] = field(compare=False, repr=False)
 
     @classmethod
     def of(
@@ -59,7 +61,14 @@ class BentSurfaces:
         widest = _widest(layout, table)
         if geometry.corner_normals is None or not np.isfinite(widest).any():
             return None
-        return cls(_turns(geometry, order), widest)
+        return cls(geometry, order, widest, np.full(len(order), np.nan, dtype=np.float32))
+
+    def turn(self, number: NDArray[np.int64]) -> NDArray[np.float32]:
+        """(N,) radians per metre along triangles, by their numbers in the `GeometryBuffer`; found
+        when one is first asked for."""
+        new = np.unique(number[np.isnan(self._turn[number])])
+        self._turn[new] = _turns(self.geometry, self.order[new])
+        return np.asarray(self._turn[number])
 
     def at(
         self,
@@ -75,7 +84,7 @@ class BentSurfaces:
             triangle: (N, 2) as `VisibleSurface.triangles`.
         """
         high, low = triangle.astype(np.int64).T
-        turn = self.turn[np.where(high > 0, (high - 1) * TABLE_WIDTH + low, 0)]
+        turn = self.turn(np.where(high > 0, (high - 1) * TABLE_WIDTH + low, 0))
         pixel: NDArray[np.float64] | float = look.pixel
         if look.eye[3] > 0.0:
             pixel = pixel * np.linalg.norm(position[:, :3] - look.eye[:3], axis=1)
@@ -84,7 +93,7 @@ class BentSurfaces:
 
 
 def _turns(geometry: SceneGeometry, order: NDArray[np.int64]) -> NDArray[np.float32]:
-    """(T,) the root of the summed squares of the normals' derivative along each triangle."""
+    """(N,) the root of the summed squares of the normals' derivative along triangles."""
     assert geometry.corner_normals is not None
     a, b, c = np.moveaxis(geometry.vertices[geometry.triangles[order]], 1, 0)
     A, B, C = np.moveaxis(from_codes(geometry.corner_normals[order]).astype(np.float64), 1, 0)

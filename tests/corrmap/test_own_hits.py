@@ -86,8 +86,8 @@ def test_turns_are_the_normals_derivative() -> None:
     turn = np.sqrt(sum(np.sum((a - b) ** 2, axis=1) for a, b in sides)) / (2.0 * step)
     # Unit normals turn a little more slowly, or faster, than those that are not made unit: the
     # corners lean by up to 50 degrees.
-    assert np.all(turn < found.turn / 0.6)
-    assert np.all(turn > 0.6 * found.turn)
+    assert np.all(turn < found.turn(every) / 0.6)
+    assert np.all(turn > 0.6 * found.turn(every))
 
 
 def test_only_what_has_highlights_is_bent() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.corrmap.shading_samples import GATHERED
 from addon.glsl.shader import read_texture
 from addon.relight.world.world_pass import WorldTextures
 from addon.scene.exposure import Exposure
@@ -62,7 +63,7 @@ def test_nothing_is_lost_where_nothing_is_shared(room: Room) -> None:
     edges = listed(shared)
     assert 0.02 < edges.mean() < 0.3
     # Beside an edge the cache's texels may show the other side of it to some of the hits.
-    plain = ~edges & alike(brute, 16)
+    plain = ~edges & alike(brute, GATHERED)
     assert plain.mean() > 0.85 * (~edges).mean()
     # Means of eight: eight float32 roundings.
     np.testing.assert_allclose(got.combined[plain], want.combined[plain], rtol=2e-6, atol=1e-9)

@@ -41,8 +41,8 @@ from .tile_pages import TilePages
 from .view_looks import ViewLooks
 from .visible_surface import VisibleSurface
 
-# Visibility samples whose hits the parameters of a shading sample are the mean of. A wallpaper whose
-# pattern is a few pixels wide comes out at 38.5 dB away from edges with 16, at 41.2 with 32 and at
+# Visibility samples whose hits the parameters of a shading sample are the mean of. A wallpaper with
+# a pattern a few pixels wide comes out at 38.5 dB away from edges with 16, at 41.2 with 32 and at
 # 41.7 with 64, beside Cycles; what has no texture does not care.
 GATHERED = 32
 

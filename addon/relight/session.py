@@ -181,10 +181,13 @@ class RelightSession:
         """The camera moved, or the picture has another size."""
         if not self._sampler.set_view(view):
             return
+        is_move = self._view is not None
         self._view = view
         self._mix.clear()
         self._touch(VIEW)
         self._follow_glow()
+        if is_move:
+            self._stages.note_move()
 
     def set_exposure(self, exposure: Exposure | None) -> None:
         """What moves while the shutter is open, as it was read for the geometry; None for nothing.

@@ -14,12 +14,17 @@ pytestmark = pytest.mark.usefixtures("gpu_context")
 NAMES = ["Point", "Area"]
 
 
-def shown_samples(count: int, *, slow: bool = False) -> dict[str, list[tuple[int, int, int]]]:
+def shown_samples(
+    count: int, *, slow: bool = False, moved: bool = False
+) -> dict[str, list[tuple[int, int, int]]]:
     """For each layer, (stride, samples shown, of how many) after every sample that is drawn."""
     from addon.relight.layers.layer_stages import LayerStages
 
     stages = LayerStages(count, lambda _: 1, lambda name: name == "Area")
     stages.preview_s = 1.0 if slow else 0.0
+    if moved:
+        stages.drop(NAMES)
+        stages.note_move()
 
     def drawer(stack: LayerStack) -> Callable[[str, LightLayer, int], None]:
         return lambda name, layer, k: None
@@ -54,3 +59,19 @@ def test_few_samples_need_no_stage_between(count: int) -> None:
 def test_a_slow_view_begins_coarsely() -> None:
     for history in shown_samples(8, slow=True).values():
         assert history[:2] == [(4, 1, 1), (1, 1, 1)]
+
+
+def test_a_moved_view_comes_in_full_at_once() -> None:
+    """However slow; and an edit after it begins coarsely again."""
+    from addon.relight.layers.layer_stages import LayerStages
+
+    for history in shown_samples(8, slow=True, moved=True).values():
+        assert history[0] == (1, 1, 1)
+    stages = LayerStages(8, lambda _: 1, lambda _: False)
+    stages.preview_s = 1.0
+    stages.note_move()
+    stages.drop(["Point"])
+    stages.require(NAMES, 8, 8)
+    first = stages.advance(NAMES, lambda _: lambda name, layer, k: None, ())
+    assert first is not None
+    assert first[1].stack.stride == 4

@@ -49,6 +49,7 @@ class LayerStages:
         self._parts = parts
         self._in_cells = in_cells
         self.preview_s = 0.0
+        self._moved = False
         self._coarse = LayerStack(1, COARSE_STRIDE, parts)
         self._preview = LayerStack(1, parts=parts)
         self._draft = LayerStack(_STEADY_SAMPLES, parts=parts)
@@ -72,14 +73,20 @@ class LayerStages:
         rough = [name for name in unsteady if not self._has_draft(name)]
         self._preview.require(rough, width, height)
         coarse = [n for n in rough if self._preview.samples(n) == 0]
-        slow = self.preview_s > _COARSE_ABOVE_S
+        slow = self.preview_s > _COARSE_ABOVE_S and not self._moved
         self._coarse.require(coarse if slow else [], width, height)
 
     def drop(self, names: Collection[str]) -> None:
         """Forget layers at every stage."""
+        self._moved = False
         for stack in self._stacks:
             for name in names:
                 stack.drop(name)
+
+    def note_move(self) -> None:
+        """All was dropped because the camera moved: then coarse layers would only put off the full
+        ones. Who shows a moving view asks for a smaller one (`ui/progressive_picture.py`)."""
+        self._moved = True
 
     def advance(
         self,

@@ -60,7 +60,6 @@ def main() -> int:
         setup: {light: figures(file, len(LOBES)) for light, file in lights.items()}
         for setup, lights in files.items()
     }
-    table = {s: {n: found for n, found in lights.items() if found} for s, lights in table.items()}
     write(args.out, table, list(LOBES), COUNTS)
     draw(args.folder / "sheet.png", {s: lights for s, lights in files.items() if lights}, COUNTS[0])
     print(f"{args.out}; {args.folder / 'sheet.png'}")

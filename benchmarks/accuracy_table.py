@@ -30,7 +30,7 @@ def write(path: Path, table: Table, lobes: list[str], counts: list[int]) -> None
         setup: [light for light in LIGHTS if light not in table.get(setup, {})] for setup in SETUPS
     }
     lines += [
-        f"Of {setup}, not lit or not measured here: {'; '.join(lights)}.\n"
+        f"Of {setup}, not measured here: {'; '.join(lights)}.\n"
         for setup, lights in missing.items()
         if lights
     ]

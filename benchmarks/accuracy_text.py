@@ -83,7 +83,7 @@ CAUSES = {
         "D",
         "Cycles' own digits: it takes one minus a cosine's square in float32, whose step "
         "(1.2e-7) is a fiftieth of so narrow a lobe's squared alpha, and a normal's length is "
-        "off by as much: up to 4 % at the highlight's peak",
+        "off by as much: up to 3 % at the highlight's peak",
         "none: Relume takes the sine, which keeps its digits"),
     "reference": Cause(
         "R",

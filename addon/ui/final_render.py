@@ -5,15 +5,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Generator
-from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from ..progress import Cancelled, Progress
+from ..progress import Progress
 from ..scene.exposure_reader import ReadAt
 from ..scene.render_region import RenderRegion
 from ..scene.view import View
 from .hole_render import fill_for_render
-from .main_thread import MainThread
+from .main_thread import MainThread, let_go
 from .scene_session import SceneSession
 
 if TYPE_CHECKING:
@@ -45,7 +44,11 @@ class FinalRender:
         self._picture: Picture | None = None
         samples = depsgraph.scene.relume.render_samples
         self._opened: SceneSession | None = main.do(lambda: SceneSession(depsgraph, samples))
-        main.do(lambda: self.opened.session.set_view(view))
+        try:
+            main.do(lambda: self.opened.session.set_view(view))
+        except BaseException:
+            main.finish(self._close)
+            raise
 
     @property
     def opened(self) -> SceneSession:
@@ -84,9 +87,9 @@ class FinalRender:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        # A render that is cancelled waits for nothing.
-        with suppress(Cancelled):
-            self._main.do(self._close)
+        # What was at work holds the session too, which is freed where it was made.
+        let_go(error)
+        self._main.finish(self._close)
 
     def _advance(
         self, steps: Generator[tuple[float, str], None, Picture]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import traceback
 from collections.abc import Callable
 from types import TracebackType
 from typing import Any
@@ -47,6 +48,7 @@ class _Call[T]:
         try:
             self._result.append(self._work())
         except BaseException as error:  # noqa: BLE001 - it is raised where it is waited for
+            let_go(error)
             self._error = error
         self.done.set()
 
@@ -100,10 +102,30 @@ class MainThread:
                 raise Cancelled
         return call.result()
 
+    def finish(self, work: Callable[[], None]) -> None:
+        """Have `work` done whatever happens; a render that is cancelled does not wait for it."""
+        if self._is_here:
+            work()
+            return
+        call = _Call(work)
+        self._calls.put(call)
+        while not call.done.wait(_PATIENCE_S) and not self._is_cancelled():
+            pass
+
     def _pump(self) -> float | None:
         """The timer: one piece of work, and the interface is drawn before the next."""
+        # Asked first: what the render leaves last is there by then.
+        is_closed = self._closed.is_set()
         try:
             self._calls.get_nowait().run()
         except queue.Empty:
-            return None if self._closed.is_set() else _TICK_S
+            return None if is_closed else _TICK_S
         return 0.0
+
+
+def let_go(error: BaseException | None) -> None:
+    """Drop what the frames that an error came through hold: a session's textures, say, which would
+    else be freed in the thread that handles the error, without a GPU context."""
+    while error is not None:
+        traceback.clear_frames(error.__traceback__)
+        error = error.__context__

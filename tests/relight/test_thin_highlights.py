@@ -77,9 +77,6 @@ def test_few_samples_find_the_highlight(monkeypatch: pytest.MonkeyPatch) -> None
         patch.setattr("addon.corrmap.bent_surfaces.BentSurfaces.of", lambda *_: None)
         plain = rendered(geometry, 16, 64)
     assert want.max() > 5.0 * np.median(want)
-    print(
-        error(got, want), error(plain, want), got.mean() / want.mean(), plain.mean() / want.mean()
-    )
     # A quarter of it as measured.
     assert error(got, want) < 0.4 * error(plain, want)
     # All of the light is there.

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import threading
 import time
+import weakref
 from collections.abc import Callable
 from typing import Any
 
@@ -95,3 +96,48 @@ def test_a_render_that_is_cancelled_waits_for_nothing(
     # What was given up is not done afterwards.
     run_until_ended(timers, thread)
     assert seen == ["cancelled"]
+
+
+def test_what_ends_a_render_is_done_though_it_was_cancelled(
+    timers: list[Callable[[], float | None]],
+) -> None:
+    """By the interface, once it comes to it: what is on the GPU is freed where it was made."""
+    seen: list[threading.Thread] = []
+
+    def render() -> None:
+        with MainThread(lambda: True) as main:
+            main.finish(lambda: seen.append(threading.current_thread()))
+
+    thread = in_a_render(render)
+    thread.join(5.0)
+    assert not thread.is_alive()
+    assert seen == []
+    run_until_ended(timers, thread)
+    assert seen == [threading.main_thread()]
+
+
+def test_an_error_takes_nothing_along_to_the_render(
+    timers: list[Callable[[], float | None]],
+) -> None:
+    freed: list[threading.Thread] = []
+
+    class Drawn:
+        """Something on the GPU."""
+
+    def note() -> None:
+        freed.append(threading.current_thread())
+
+    def draw() -> None:
+        drawn = Drawn()
+        weakref.finalize(drawn, note)
+        try:
+            raise RuntimeError("no room")
+        except RuntimeError as error:
+            raise ValueError("a picture is too large") from error
+
+    def render() -> None:
+        with MainThread(never) as main, pytest.raises(ValueError, match="too large"):
+            main.do(draw)
+
+    run_until_ended(timers, in_a_render(render))
+    assert freed == [threading.main_thread()]

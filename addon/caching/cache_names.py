@@ -7,10 +7,15 @@ does not touch its earlier picture. What comes before that is a *stem*.
 
 from __future__ import annotations
 
+import re
+
 from .file_record import FileRecord
 
 WORLD_STEM = "world"
 _DIGITS = 8
+_PICTURE = re.compile(
+    rf"(cameras/\d{{4,}}|frames/-?\d{{3,}}/\d{{4,}}|{WORLD_STEM})-[0-9a-f]{{{_DIGITS}}}\.exr"
+)
 
 
 def camera_stem(number: int, frame: int | None = None) -> str:
@@ -22,3 +27,8 @@ def camera_stem(number: int, frame: int | None = None) -> str:
 def named(stem: str, record: FileRecord) -> str:
     """The name of the picture with this stem that `record` is of."""
     return f"{stem}-{record.sha256[:_DIGITS]}.exr"
+
+
+def is_picture(name: str) -> bool:
+    """Whether a path within the folder is one that a cache may give a picture of its own."""
+    return _PICTURE.fullmatch(name) is not None

@@ -7,7 +7,7 @@ from collections.abc import Collection
 from itertools import chain
 from pathlib import Path
 
-from .cache_names import WORLD_STEM
+from .cache_names import WORLD_STEM, is_picture
 from .folder_lock import LOCK_NAME
 
 # Writing one file takes seconds; a temporary file older than this has no writer any more.
@@ -15,22 +15,23 @@ _PART_SECONDS = 3600.0
 
 
 def sweep(folder: Path, names: Collection[str]) -> None:
-    """Remove pictures but those of these names, and what a killed process left.
+    """Remove pictures but those of these names, and what a killed process left. What a cache does
+    not name so stays: an artist may have chosen a folder of other pictures too.
 
     To be called where no other process changes the cache.
     """
-    keep = {folder / name for name in names}
     pictures = (
         (folder / "cameras").glob("*.exr"),
         (folder / "frames").glob("*/*.exr"),
         folder.glob(f"{WORLD_STEM}*.exr"),
     )
-    stale = [path for path in chain(*pictures) if path not in keep]
+    named = ((path, path.relative_to(folder).as_posix()) for path in chain(*pictures))
+    stale = [path for path, name in named if is_picture(name) and name not in names]
     # By the clock that the files' own times are of, which may be another computer's.
     lock = folder / LOCK_NAME
     lock.touch()
     before = lock.stat().st_mtime - _PART_SECONDS
-    stale += [path for path in folder.rglob(".*.part") if _is_older(path, before)]
+    stale += [path for path in folder.rglob(".*.[0-9]*.part") if _is_older(path, before)]
     for path in stale:
         path.unlink(missing_ok=True)
 

@@ -183,6 +183,22 @@ def test_a_new_bake_sweeps_what_a_killed_one_was_writing(begun: CacheStore) -> N
     assert young.exists()
 
 
+def test_only_a_caches_own_pictures_are_swept(tmp_path: Path) -> None:
+    """In a folder that holds an artist's pictures too."""
+    names = ["world.exr", "world_sunset.exr", "cameras/lens.exr", "cameras/0001.exr"]
+    names += ["frames/sh010/0001-0a1b2c3d.exr", "frames/0012/0001.exr", ".half.part"]
+    own = ["world-0a1b2c3d.exr", "cameras/0099-0a1b2c3d.exr", "frames/-012/0007-0a1b2c3d.exr"]
+    long_ago = time.time() - 86400.0
+    for name in (*names, *own):
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        os.utime(path, (long_ago, long_ago))
+    prepare_store(tmp_path, MANIFEST, BakeSettings())
+    assert [name for name in names if not (tmp_path / name).exists()] == []
+    assert [name for name in own if (tmp_path / name).exists()] == []
+
+
 def test_the_world_is_checked_apart(begun: CacheStore) -> None:
     begun.add_world(np.zeros((2, 4, 3), dtype=np.float32), "sky")
     again = CacheStore.open(begun.folder)

@@ -97,6 +97,17 @@ _OBJECTS = PassShader(
 )
 
 
+def objects_of(geometry: GeometryBuffer, triangles: Texture) -> Texture:
+    """`SurfaceBuffer.objects`, by `VisibleSurface.triangles` of the same."""
+    objects = texture_2d(triangles.width, triangles.height, "R32F")
+    _OBJECTS.build().draw_fullscreen(
+        framebuffer([objects]),
+        {"surface_triangle": triangles, "triangle_ids": geometry.table.ids},
+        {},
+    )
+    return objects
+
+
 class ShadingSamples:
     """The atlas of a view. Call `step` until it says that there is nothing left.
 
@@ -194,7 +205,7 @@ class ShadingSamples:
             known = surface, hits.triangles
         surface, triangles = known
         if with_objects and surface.objects is None:
-            surface = replace(surface, objects=self._objects_of(triangles))
+            surface = replace(surface, objects=objects_of(self._geometry, triangles))
         own_values = len(surface.layout.textures_with_mesh_normals)
         texel_bytes = _BYTES_OF_PLACES + own_values * _BYTES_OF_VALUES
         texel_bytes += _BYTES_OF_BEND * (surface.bend is not None)
@@ -208,16 +219,6 @@ class ShadingSamples:
     @cached_property
     def _pass(self) -> PixelListPass:
         return PixelListPass(self._looks, self._bent)
-
-    def _objects_of(self, triangles: Texture) -> Texture:
-        """R32F, as `SurfaceBuffer.objects`."""
-        objects = texture_2d(triangles.width, triangles.height, "R32F")
-        _OBJECTS.build().draw_fullscreen(
-            framebuffer([objects]),
-            {"surface_triangle": triangles, "triangle_ids": self._geometry.table.ids},
-            {},
-        )
-        return objects
 
     @property
     def _gather_count(self) -> int:

@@ -32,7 +32,7 @@ from .local_scene import LocalScene
 from .normal_bend import NormalBendPass
 from .pixel_list_pass import PixelListTextures
 from .shading_normals import ShadingNormalPass
-from .shading_samples import ShadingSamples, fits_lists
+from .shading_samples import ShadingSamples, fits_lists, objects_of
 from .surface_buffer import SurfaceBuffer
 from .surface_edit_table import SurfaceEditTable
 from .surface_layout import SurfaceLayout
@@ -282,8 +282,10 @@ class SurfaceSampler:
         if surface is None:
             surface = self._gathered(index, self._view, with_objects)
         elif with_objects and surface.objects is None:
-            visible = self.looks.visible(index, with_objects=with_objects)
-            surface = self._samples[index] = replace(surface, objects=visible.objects)
+            # Of the triangles that are seen there, rasterized or not.
+            assert surface.triangles is not None
+            objects = objects_of(self.geometry_buffer, surface.triangles.texture)
+            surface = self._samples[index] = replace(surface, objects=objects)
         return self._laid_out(surface)
 
     def find_shading_samples(self, visibility: int) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.corrmap.traced_triangles import TrianglesByRay
 from addon.glsl.shader import read_texture
 from addon.relight.lights.light_edit import changed_parts
 from addon.scene.geometry import SceneGeometry
@@ -39,6 +40,29 @@ def seen_box(session: Any) -> NDArray[np.bool_]:
     objects = read_texture(session._sampler.sample(0, with_objects=True).objects)[..., 0]
     whole = (lists.count == 0).reshape(objects.shape)
     return np.stack([whole & (objects == 2.0), whole & (objects == 1.0)])
+
+
+@pytest.mark.parametrize("traced", [False, True])
+def test_objects_that_are_asked_for_later(
+    room: tuple[SceneGeometry, MemoryStore, View], traced: bool
+) -> None:
+    """They are those of the triangles that the sample has, however these were found."""
+    sampler = open_session(room)._sampler
+    if traced:
+        by_ray = TrianglesByRay(sampler.geometry_buffer, sampler.local_scene, 0, software=True)
+        sampler.local_scene.mesh(sampler.geometry.camera_visible)
+        sampler._by_ray = by_ray
+    first = sampler.sample(0)
+    assert first.objects is None
+    # From here on the rasterizer alone would be asked.
+    sampler._by_ray = None
+    surface = sampler.sample(0, with_objects=True)
+    assert surface.position is first.position
+    assert surface.triangles is not None
+    triangle = surface.triangles.read()
+    expected = np.where(triangle >= 0, sampler.geometry.object_id[triangle] + 1, 0)
+    assert len(np.unique(expected)) >= 2
+    np.testing.assert_array_equal(read_texture(surface.objects)[..., 0], expected)
 
 
 def test_pictures(room: tuple[SceneGeometry, MemoryStore, View]) -> None:

@@ -176,7 +176,11 @@ class TracedShadowPass:
         surfaces are edited or told their objects, and is kept, so that its id stays its own."""
         key = id(surface.position)
         if key not in self._seen:
-            self._seen[key] = SeenReceivers.of(surface, scene)
+            # Only its places' texture is held on to: the rest may be much of the GPU's memory.
+            bare = replace(
+                surface, values=(), objects=None, triangles=None, bend=None, shading_normal=None
+            )
+            self._seen[key] = replace(SeenReceivers.of(surface, scene), surface=bare)
             used = sum(seen.nbytes for seen in self._seen.values())
             while used > _RECEIVER_BUDGET and len(self._seen) > 1:
                 used -= self._seen.popitem(last=False)[1].nbytes

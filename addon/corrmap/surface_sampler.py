@@ -228,7 +228,7 @@ class SurfaceSampler:
         if not self._pages.set_added(framebuffers):
             every = [*self._framebuffers, *framebuffers]
             self._pages = upload_tiles(every, self._plan, self._cache_budget, drop=self._drop)
-        self._edit_table = None
+        self._edit_table = self._bent = None
         self._apply_edits()
         self._forget()
         if self._buffer is not None:
@@ -422,7 +422,7 @@ class SurfaceSampler:
     def _build(self, view: View) -> None:
         # Local space has its origin at the view, where precision matters most.
         self._buffer = GeometryBuffer(self._geometry, view.origin)
-        self._local_scene = self._by_ray = None
+        self._local_scene = self._by_ray = self._bent = None
         self._visible_pass = VisibleSurfacePass(self._buffer)
         self._search(self._buffer)
 

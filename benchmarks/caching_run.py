@@ -96,7 +96,8 @@ def nothing_rounded() -> Iterator[None]:
 
     plain = {name: PlainChannel(**vars(channel)) for name, channel in CHANNEL_BY_NAME.items()}
     changes: list[tuple[str, str, Any]] = [
-        (module, "CHANNEL_BY_NAME", plain) for module in ("framebuffer", "framebuffer_file", "packing")
+        (module, "CHANNEL_BY_NAME", plain)
+        for module in ("framebuffer", "framebuffer_file", "packing")
     ]
     changes.append(("framebuffer", "wide_channels", all_of_them))
     kept: list[tuple[Any, str, Any]] = []

@@ -147,8 +147,8 @@ class CacheStore(StoredCache):
                 )
             if state != known:
                 frames = {**now.frames, frame: state}
-                named = {name for each in frames.values() for name in each.held.values()}
-                pictures = {name: p for name, p in now.pictures.items() if name in named}
+                held = {name for each in frames.values() for name in each.held.values()}
+                pictures = {name: p for name, p in now.pictures.items() if name in held}
                 self.write_manifest(replace(now, frames=frames, pictures=pictures))
             else:
                 self.manifest = now

@@ -62,7 +62,9 @@ class _Call[T]:
 class MainThread:
     """Does a render's work in the interface's thread, one piece after the other, in a `with` block.
 
-    Where the render itself runs there, as without an interface, it does it at once.
+    Where the render itself runs there, as without an interface, it does it at once. A script in
+    the interface that waits for a render which it started lets nobody look for the work: it would
+    wait for ever.
 
     Args:
         is_cancelled: whether the render is to end, and waits no longer.

@@ -116,6 +116,8 @@ def _cases() -> list[tuple[str, Callable[[], None], int]]:
     from addon.relight.light_points.light_sample import light_sample
     from addon.relight.lights.light_pass import LightPass
     from addon.relight.shading.albedo_pass import AlbedoTextures
+    from addon.relight.shading.picture_tiles import PictureTiles
+    from addon.relight.shadows.spot_looks import ALL_SPOTS
     from addon.relight.shadows.traced_shadow import TracedShadow
     from addon.scene.light import Light
     from tests.reference.surfaces import random_surfaces
@@ -123,7 +125,9 @@ def _cases() -> list[tuple[str, Callable[[], None], int]]:
     fence, tables = Fence(), AlbedoTextures()
     layer = texture_2d(SIZE, SIZE)
     target = framebuffer([layer])
-    seen = texture_from_array(np.ones((SIZE, SIZE, 1), dtype=np.float32), "R8")
+    spots = np.full((SIZE, SIZE, 1), ALL_SPOTS, dtype=np.float32)
+    whole = PictureTiles.around(np.ones((SIZE, SIZE), dtype=bool))
+    seen = TracedShadow(texture_from_array(spots, "R32F"), 0, whole, has_spots=False)
     place = np.eye(4)
     place[:3, 3] = (0.0, 0.0, 40.0)
     diffuse = ("roughness", "specular_f0", "specular_f90", "layer_f0", "layer_f90", "dielectric")
@@ -138,8 +142,8 @@ def _cases() -> list[tuple[str, Callable[[], None], int]]:
         buffer = surface.upload()
         light_pass = LightPass(tables, buffer.layout)
         for kind in ("POINT", "AREA") if name == "diffuse" else ("POINT",):
-            light = Light("l", kind, place, 100.0, np.ones(3))  # type: ignore[arg-type]
-            for shadow in (None, TracedShadow(seen, 0)):
+            light = Light("l", kind, place, 100.0, np.ones(3))
+            for shadow in (None, seen):
 
                 def run(
                     light: Light = light,
@@ -152,7 +156,7 @@ def _cases() -> list[tuple[str, Callable[[], None], int]]:
 
                 textures = 2 + buffer.layout.texture_count
                 # The layer is read and written, as the pass adds to it.
-                moved = RGBA32F * (textures + 2) + (shadow is not None)
+                moved = RGBA32F * (textures + 2) + 4 * (shadow is not None)
                 shadowed = ", shadow" if shadow is not None else ""
                 cases.append((f"{name}; {kind.lower()}{shadowed}", run, moved))
     return cases

@@ -78,7 +78,9 @@ def bake_holes(
                 f"{store.folder} was baked with other channels than its scene has now; bake it "
                 "again before its holes are filled"
             )
-        bake = CamerasBake(scene, state, plan, materials, rays, tells_what_is_seen=False)
+        bake = CamerasBake(
+            scene, state, plan, materials, rays, _texel_samples(store), tells_what_is_seen=False
+        )
         bake.run(cameras, keep, Baked(), progress)
     return tuple(numbers)
 
@@ -89,3 +91,9 @@ def _ambient_rays(store: CacheStore) -> int:
         return 0
     preset = store.manifest.settings.get("preset")
     return PRESETS[preset].occlusion_rays if preset in PRESETS else 0
+
+
+def _texel_samples(store: CacheStore) -> int:
+    """As the cache was baked: of how many samples its colours are means."""
+    preset = store.manifest.settings.get("preset")
+    return PRESETS[preset].texel_samples if preset in PRESETS else 1

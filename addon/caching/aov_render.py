@@ -27,6 +27,7 @@ from ..stopping import uninterrupted
 from ..temporary_folder import TemporaryFolder
 from .plan import ChannelPlan
 from .specialize import AOV_PREFIX
+from .texel_means import COVERED, averaged_channels
 
 # The key of Cycles' own normal among the rendered channels.
 PASS_NORMAL = "pass_normal"  # noqa: S105 - a picture, not a word
@@ -39,11 +40,6 @@ _ALPHA_THRESHOLD = 0.5
 
 # The light group of the white sky, whose light is told apart from that of the scene's lights.
 _SKY = "relume_sky"
-
-# Cycles' pixel filter cannot be switched off; over a hundredth of a texel it moves the sample
-# by no more than that from the centre.
-_FILTER_WIDTH = 0.01
-
 
 # Kinds of data-blocks that a bake makes, beside its stage's.
 _MADE = ("images", "materials", "node_groups")
@@ -66,11 +62,14 @@ class Stage:
         single: frozenset[str],
         has_normal: bool,
         sky_rays: int,
+        averaged: Sequence[str],
+        texel_samples: int,
     ) -> None:
         self._scene = scene
         self._camera = camera
         self._path = path
         self._sky_rays = sky_rays
+        self._averaged, self._texel_samples = averaged, texel_samples
         self.seconds = {"cycles": 0.0, "read": 0.0}
         # Channel -> Cycles' pass and the letters of its components.
         self._passes = {"depth": ("Depth", "Z")}
@@ -102,23 +101,63 @@ class Stage:
         self._camera.matrix_world = Matrix(camera.world_from_camera.tolist())
         render = self._scene.render
         render.resolution_x = render.resolution_y = camera.resolution
-        components = 4 + sum(len(letters) for _, letters in self._passes.values())
-        size = components * camera.resolution**2 * np.dtype(np.float32).itemsize
+        size = self._size(camera)
         result = self._picture(camera, size, self._passes)
         if self._sky_rays:
             result["ambient_occlusion"] = self._render_sky(camera, size)
         return result
 
+    def render_means(self, camera: CachingCamera) -> dict[str, NDArray[np.float32]]:
+        """The means over texels of what the stage was asked to average, after `render`.
+
+        Returns:
+            (R, R, components) float32 by channel, with `material_id` where the stage has it, else
+            with COVERED; none if nothing is averaged.
+        """
+        if not self._averaged:
+            return {}
+        wanted = {
+            name: self._passes[name]
+            for name in ("material_id", *self._averaged)
+            if name in self._passes
+        }
+        if "material_id" not in wanted:
+            wanted[COVERED] = ("Combined", "A")
+        with self._sampled(self._texel_samples):
+            return self._picture(camera, self._size(camera), wanted)
+
+    def _size(self, camera: CachingCamera) -> int:
+        """Bytes of a file with all passes."""
+        components = 4 + sum(len(letters) for _, letters in self._passes.values())
+        return components * camera.resolution**2 * np.dtype(np.float32).itemsize
+
     def _render_sky(self, camera: CachingCamera, size: int) -> NDArray[np.float32]:
         """(R, R, 1): the light of a sky of radiance 1 on white surfaces, which is the open share
         of the cosine-weighted hemisphere."""
         cycles = self._scene.cycles
-        cycles.samples, cycles.max_bounces = self._sky_rays, 1
+        cycles.max_bounces = 1
         sky = {"sky": (f"Combined_{_SKY}", "R")}
         try:
-            return np.clip(self._picture(camera, size, sky)["sky"], 0.0, 1.0)
+            with self._sampled(self._sky_rays):
+                return np.clip(self._picture(camera, size, sky)["sky"], 0.0, 1.0)
         finally:
-            cycles.samples, cycles.max_bounces = 1, 0
+            cycles.max_bounces = 0
+
+    @contextmanager
+    def _sampled(self, samples: int) -> Iterator[None]:
+        """So many samples of each texel, all over it but for the first, which is at its centre.
+
+        They are the view layer's: with persistent data, a change of the scene's alone does not
+        reach Cycles.
+        """
+        layers = [layer for layer in self._scene.view_layers if layer.use]
+        for layer in layers:
+            layer.samples = samples
+        try:
+            yield
+        finally:
+            for layer in layers:
+                layer.samples = 1
 
     def _picture(
         self, camera: CachingCamera, size: int, passes: Mapping[str, tuple[str, str]]
@@ -160,7 +199,12 @@ def _plane(planes: dict[str, NDArray[np.float32]], layer: str, letter: str) -> A
 
 @contextmanager
 def staged(
-    scene: Any, plan: ChannelPlan, *, has_normal: bool, sky_rays: int = 0
+    scene: Any,
+    plan: ChannelPlan,
+    *,
+    has_normal: bool,
+    sky_rays: int = 0,
+    texel_samples: int = 1,
 ) -> Iterator[Stage]:
     """A `Stage` for `scene`, a `bpy.types.Scene`, taken down again at the end.
 
@@ -170,6 +214,7 @@ def staged(
         has_normal: whether Cycles' own normal is wanted beside them.
         sky_rays: rays of each texel towards a white sky, where its light is the channel of
             ambient occlusion; 0 where that is an AOV or is not wanted.
+        texel_samples: of each texel, whose mean its colours are; 1 for those of its centre.
     """
     stage = scene.copy()
     data = bpy.data.cameras.new("Relume caching camera")
@@ -189,9 +234,11 @@ def staged(
             _set_up_cycles(stage.cycles)
             single = frozenset(name for name in plan.stored if plan.components(name) == 1)
             aovs = [n for n in plan.stored if not (n == "ambient_occlusion" and sky_rays)]
-            _set_up_layer(stage, aovs, single, has_normal)
+            averaged = averaged_channels(plan) if texel_samples > 1 else ()
+            has_cover = bool(averaged) and "material_id" not in plan.stored
+            _set_up_layer(stage, aovs, single, has_normal, has_cover)
             if sky is not None:
-                stage.view_layers[0].lightgroups.add(name=_SKY)
+                next(layer for layer in stage.view_layers if layer.use).lightgroups.add(name=_SKY)
             yield Stage(
                 stage,
                 camera,
@@ -200,6 +247,8 @@ def staged(
                 single=single,
                 has_normal=has_normal,
                 sky_rays=sky_rays,
+                averaged=averaged,
+                texel_samples=texel_samples,
             )
     finally:
         with uninterrupted():
@@ -267,12 +316,18 @@ def _set_up_render(stage: Any, path: Path) -> None:
 
 def _set_up_cycles(cycles: Any) -> None:
     cycles.device = "CPU"
+    # Of a pixel, the first sample looks through the centre, whatever the filter.
     cycles.samples = 1
+    cycles.use_sample_subset = False
+    # View layers say how many further ones there are.
+    cycles.use_layer_samples = "USE"
+    # Light tells how open the sky is.
+    cycles.film_exposure = 1.0
+    cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.seed = 0
     cycles.use_animated_seed = False
     cycles.use_adaptive_sampling = cycles.use_denoising = cycles.use_guiding = False
     cycles.pixel_filter_type = "BOX"
-    cycles.filter_width = _FILTER_WIDTH
     cycles.max_bounces = 0
     cycles.transparent_max_bounces = _TRANSPARENT_BOUNCES
     cycles.use_camera_cull = cycles.use_distance_cull = False
@@ -281,7 +336,11 @@ def _set_up_cycles(cycles: Any) -> None:
 
 
 def _set_up_layer(
-    stage: Any, channels: Sequence[str], single: frozenset[str], has_normal: bool
+    stage: Any,
+    channels: Sequence[str],
+    single: frozenset[str],
+    has_normal: bool,
+    has_cover: bool,
 ) -> None:
     """The view layer that the geometry is read from, with nothing that has no triangles."""
     layer = next((layer for layer in stage.view_layers if layer.use), stage.view_layers[0])
@@ -296,9 +355,10 @@ def _set_up_layer(
     layer.cycles.denoising_store_passes = False
     layer.material_override = None
     layer.world_override = None
-    layer.samples = 0
+    layer.samples = 1
     layer.use_pass_z = True
     layer.use_pass_normal = has_normal
+    layer.use_pass_combined = has_cover
     layer.pass_alpha_threshold = _ALPHA_THRESHOLD
     while layer.aovs:
         layer.aovs.remove(layer.aovs[0])

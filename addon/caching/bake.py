@@ -72,7 +72,9 @@ def bake_scene(  # noqa: PLR0917 - the order that every caller knows
         _bake_world(scene, world.fingerprint, store, progress)
         seconds["world"] = time.monotonic() - started
     first = baked.cameras
-    frames = FramesBake(scene, store, done.wanted, ambient_rays, resume=settings.resume)
+    frames = FramesBake(
+        scene, store, done.wanted, ambient_rays, fineness.texel_samples, resume=settings.resume
+    )
     told = frames.run(state, settings.frames, baked, part_of(progress, first_share, 1.0))
     progress(1.0, f"{len(store.cameras)} of {len(fitted)} cameras baked")
     manifest = store.manifest
@@ -144,7 +146,8 @@ class _Bake:
             local_stand_ins(),
             specialized(names, ambient_rays) as (plan, shown),
         ):
-            yield CamerasBake(self.scene, self.state, plan, shown, ambient_rays)
+            samples = PRESETS[self.settings.preset].texel_samples
+            yield CamerasBake(self.scene, self.state, plan, shown, ambient_rays, samples)
 
     def _bake(self, bake: CamerasBake, started: float, progress: Progress) -> _FirstFrame:
         settings = self.settings

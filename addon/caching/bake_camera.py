@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
@@ -21,6 +22,16 @@ from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, channel_expression
 from .specialize_closures import DEFAULT_SURFACE
 from .specialize_expression import Constant
+from .texel_means import take_means
+
+# Pictures of what lies behind sheer surfaces that a camera has at most; the last one shows what
+# lies behind all of them.
+MOST_BEHIND = 8
+_ALL_LAYERS = 1 << 20
+
+# Texels about what a picture shows behind the one before: those of a bilinear footprint, and one
+# more.
+_MARGIN = 2
 
 
 def bake_camera(
@@ -30,21 +41,70 @@ def bake_camera(
     materials: Sequence[SpecializedMaterial],
     occlusion: OcclusionCaster,
 ) -> DeepFramebuffer:
-    """The deep framebuffer of one camera.
+    """The deep framebuffer of one camera, and what lies behind the sheer surfaces that it shows.
+
+    Those are left out of a further picture one layer at a time, until none is seen: the first one
+    along each texel's ray, then the first two, and so on. A cut-out before them counts as one.
 
     Args:
         stage: renders the AOVs of the plan's stored channels.
         camera: at the resolution that is baked.
         plan: of the scene's materials.
-        materials: what `plan` numbers, to name one in an error.
+        materials: what `plan` numbers.
         occlusion: casts the rays of surfaces that have no material.
 
     Raises:
         InputError: Cycles wrote no picture, or a material gives values that are not finite.
     """
+    first = _picture(stage, camera, plan, materials, occlusion)
+    sheer = [number for number, m in enumerate(materials, start=1) if m.is_sheer]
+    if not sheer:
+        return first
+    behind: list[DeepFramebuffer] = []
+    through = _shows(first, sheer, plan)
+    try:
+        while through.any() and len(behind) < MOST_BEHIND:
+            left_out = len(behind) + 1 if len(behind) + 1 < MOST_BEHIND else _ALL_LAYERS
+            for material in materials:
+                material.leave_out(left_out)
+            picture = _picture(stage, camera, plan, materials, occlusion)
+            seen = _shows(picture, sheer, plan)
+            kept = maximum_filter(through, 2 * _MARGIN + 1, mode="constant")
+            for values in picture.channels.values():
+                values[~kept] = 0.0
+            behind.append(DeepFramebuffer(camera, picture.channels))
+            through &= seen
+    finally:
+        for material in materials:
+            material.leave_out(0)
+    return DeepFramebuffer(camera, first.channels, first.wide, tuple(behind))
+
+
+def _shows(
+    picture: DeepFramebuffer, materials: Sequence[int], plan: ChannelPlan
+) -> NDArray[np.bool_]:
+    """(R, R) where a picture shows materials of these numbers."""
+    ids = picture.channels.get("material_id")
+    hit = picture.channels["depth"][..., 0] > 0.0
+    if ids is None:
+        # All that is shown is of one material.
+        return hit & (len(materials) == len(plan.material_names))
+    return hit & np.isin(np.rint(ids[..., 0]), materials)
+
+
+def _picture(
+    stage: Stage,
+    camera: CachingCamera,
+    plan: ChannelPlan,
+    materials: Sequence[SpecializedMaterial],
+    occlusion: OcclusionCaster,
+) -> DeepFramebuffer:
+    """One picture, of what is shown now. Arguments and errors as of `bake_camera`."""
     rendered = stage.render(camera)
     rendered["depth"] = far_is_nothing(rendered["depth"], camera.far)
     channels = {name: rendered[name] for name in plan.stored}
+    if means := stage.render_means(camera):
+        take_means(channels, means, camera, plan)
     if NO_MATERIAL in plan.material_names:
         _show_default(camera, channels, rendered[PASS_NORMAL], plan, occlusion)
     elif "material_id" in channels:

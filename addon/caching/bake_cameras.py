@@ -58,6 +58,7 @@ class CamerasBake:
         plan: of its materials.
         materials: what `plan` numbers.
         ambient_rays: rays of ambient occlusion from each texel; 0 for none.
+        texel_samples: of each texel, whose mean its colours are.
         tells_what_is_seen: whether it is found out what the pictures show; takes its time.
     """
 
@@ -66,6 +67,7 @@ class CamerasBake:
     plan: ChannelPlan
     materials: Sequence[SpecializedMaterial]
     ambient_rays: int
+    texel_samples: int = 1
     tells_what_is_seen: bool = True
 
     def run(
@@ -87,7 +89,10 @@ class CamerasBake:
         sight_seconds = write_seconds = 0.0
         has_default = NO_MATERIAL in plan.material_names
         sky_rays = self.ambient_rays if needs_sky(plan, self.materials) else 0
-        with staged(self.scene, plan, has_normal=has_default, sky_rays=sky_rays) as stage:
+        with staged(
+            self.scene, plan, has_normal=has_default, sky_rays=sky_rays,
+            texel_samples=self.texel_samples,
+        ) as stage:  # fmt: skip
             for number, camera in enumerate(cameras, start=1):
                 done = len(timed)
                 left = time_left(timed, texels[done:])

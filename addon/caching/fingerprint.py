@@ -44,21 +44,24 @@ def read_state(
         for material in bpy.data.materials
     }
     states = object_states(geometry)
+    sheer = {geometry.material_names[each.material_id] for each in geometry.sheers}
     surfaces = Surfaces(
         {state.digest: state for state in states},
         {
-            name: _material_state(materials.get(name), frame)
+            name: _material_state(materials.get(name), frame, is_sheer=name in sheer)
             for name in sorted(set(geometry.material_names))
         },
     )
     return SceneState(frame, geometry, states, surfaces)
 
 
-def _material_state(material: Any, frame: int) -> MaterialState:
+def _material_state(material: Any, frame: int, *, is_sheer: bool) -> MaterialState:
     if material is None:
         return MaterialState(short_digest("none"))
     model = material_model(material)
     lines = [f"{material.pass_index} {tuple(material.diffuse_color)} {model}\n"]
+    # What is baked as a layer is another picture than a cut-out.
+    lines += ["sheer\n"] * is_sheer
     feels_near = False
     if material.node_tree is not None:
         lines += tree_lines(material.node_tree)

@@ -25,12 +25,16 @@ class DeepFramebuffer:
             hit, and so is everything else there.
         wide: names of the channels that half precision is named for, but does not hold (see
             `precision`). Looked for in the values, unless the caller knows them and says so.
+        behind: what lies behind sheer surfaces, nearest first: pictures of the same camera with
+            the first such surface left out, the second too, and so on; empty but for where they
+            show something else than the one before.
     """
 
     camera: CachingCamera
     channels: dict[str, NDArray[np.float32]]
     wide: frozenset[str] = field(init=False)
     known_wide: InitVar[frozenset[str] | None] = None
+    behind: tuple[DeepFramebuffer, ...] = ()
 
     def __post_init__(self, known_wide: frozenset[str] | None) -> None:
         side = self.camera.resolution
@@ -43,6 +47,13 @@ class DeepFramebuffer:
                 )
         wide = wide_channels(self.channels) if known_wide is None else known_wide
         object.__setattr__(self, "wide", wide)
+
+    @property
+    def pictures(self) -> tuple[DeepFramebuffer, ...]:
+        """It and what lies behind, each a picture by itself."""
+        if not self.behind:
+            return (self,)
+        return DeepFramebuffer(self.camera, self.channels, self.wide), *self.behind
 
     def precision(self, name: str) -> Precision:
         """In which precision a channel is stored."""
@@ -57,4 +68,4 @@ class DeepFramebuffer:
                 total += values.size // 3 * NORMAL_BYTES
             else:
                 total += values.size * (2 if self.precision(name) == "half" else 4)
-        return total
+        return total + sum(each.raw_bytes for each in self.behind)

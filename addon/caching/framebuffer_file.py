@@ -2,12 +2,12 @@
 """Deep framebuffers on the disk: OpenEXR files of a part for each channel.
 
 Directions are two 16-bit numbers in one of 32 bits, other channels half or float32. EXR's rows run
-downward, arrays' upward.
+downward, arrays' upward. What lies behind sheer surfaces has parts of its own: behind1_depth, ….
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,13 @@ def parts_of(framebuffer: DeepFramebuffer) -> dict[str, NDArray[Any]]:
         else:
             is_half = framebuffer.precision(name) == "half"
             parts[name] = pixels.astype(np.float16) if is_half else pixels
+    for number, picture in enumerate(framebuffer.behind, start=1):
+        parts |= {_behind(number, name): part for name, part in parts_of(picture).items()}
     return parts
+
+
+def _behind(number: int, name: str) -> str:
+    return f"behind{number}_{name}" if number else name
 
 
 def read_framebuffer(path: Path, camera: CachingCamera, plan: ChannelPlan) -> DeepFramebuffer:
@@ -52,12 +58,47 @@ def read_framebuffer(path: Path, camera: CachingCamera, plan: ChannelPlan) -> De
         InputError: the file is not of this form, or lacks something of the plan.
     """
     parts = read_parts(path)
+    first, *behind = (
+        _picture(path, parts, camera, plan, number) for number in range(1 + _behind_in(parts))
+    )
+    if not behind:
+        return first
+    return DeepFramebuffer(camera, first.channels, first.wide, tuple(behind))
+
+
+def pictures_in(path: Path) -> int:
+    """How many pictures a caching camera's file holds: the first, and what lies behind it.
+
+    Raises:
+        InputError: the file cannot be read.
+    """
+    try:
+        parts = OpenEXR.File(str(path), header_only=True).parts
+        return 1 + _behind_in({part.name() for part in parts})
+    except (RuntimeError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as a deep framebuffer; {BAKE_AGAIN}") from error
+
+
+def _behind_in(names: Collection[str]) -> int:
+    count = 0
+    while _behind(count + 1, "depth") in names:
+        count += 1
+    return count
+
+
+def _picture(
+    path: Path,
+    parts: Mapping[str, NDArray[Any]],
+    camera: CachingCamera,
+    plan: ChannelPlan,
+    number: int,
+) -> DeepFramebuffer:
     channels, wide = {}, set()
     for name in plan.stored:
         is_direction = CHANNEL_BY_NAME[name].is_direction
         components = 1 if is_direction else plan.components(name)
         shape = (camera.resolution, camera.resolution, components)
-        pixels = parts.get(name)
+        pixels = parts.get(_behind(number, name))
         if pixels is None or pixels.shape != shape or (pixels.dtype == np.uint32) != is_direction:
             raise InputError(
                 f"{path} lacks the channel {name} in the form that this Relume reads: another "

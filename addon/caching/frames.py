@@ -55,6 +55,7 @@ class FramesBake:
         store: the cache.
         cameras: that are baked now.
         ambient_rays: rays of ambient occlusion from each texel; 0 for none.
+        texel_samples: of each texel, whose mean its colours are.
         resume: keep what is there of the same frames.
         notes: a sentence for each thing that an artist should know of.
     """
@@ -63,6 +64,7 @@ class FramesBake:
     store: CacheStore
     cameras: Sequence[CachingCamera]
     ambient_rays: int
+    texel_samples: int
     resume: bool
     notes: list[str] = field(default_factory=list)
     _checked: set[str] = field(default_factory=set)
@@ -224,7 +226,7 @@ class FramesBake:
             local_stand_ins(),
             specialized(names, self.ambient_rays) as (plan, shown),
         ):
-            yield CamerasBake(self.scene, now, plan, shown, self.ambient_rays)
+            yield CamerasBake(self.scene, now, plan, shown, self.ambient_rays, self.texel_samples)
 
     def _bake_world(self, frame: int) -> None:
         """The world's picture at this frame, if it is another than the first one's."""

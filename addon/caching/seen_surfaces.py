@@ -88,11 +88,19 @@ class SurfaceSight:
         return _Surfaces(self._frame.geometry_from_world(self._geometry))
 
     def seen(self, framebuffer: DeepFramebuffer, plan: ChannelPlan) -> Seen:
-        """What a picture shows that was baked from this state.
+        """What a camera's pictures show that were baked from this state.
 
         Exact but for surfaces that lie in one another's plane and share a material, of which
-        the picture shows either.
+        a picture shows either.
         """
+        each = [self._seen_in(picture, plan) for picture in framebuffer.pictures]
+        return Seen(
+            frozenset().union(*(seen.objects for seen in each)),
+            frozenset().union(*(seen.materials for seen in each)),
+            all(seen.is_complete for seen in each),
+        )
+
+    def _seen_in(self, framebuffer: DeepFramebuffer, plan: ChannelPlan) -> Seen:
         depth = framebuffer.channels["depth"][..., 0]
         row, column = np.nonzero(depth > 0.0)
         if not row.size:

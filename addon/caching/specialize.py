@@ -16,7 +16,7 @@ from typing import Any
 
 import bpy
 
-from ..scene.cutout_reader import is_only_volume
+from ..scene.cutout_reader import is_only_volume, is_sheer
 from .channels import CHANNEL_BY_NAME, Channel
 from .material_model import MODEL_NAMES, material_model, remodelled
 from .material_plan import expression_of_surface, plan_channels
@@ -41,6 +41,9 @@ AOV_PREFIX = "relume_"
 # Opaque at or above this share (the same rule as for rasterized triangles).
 CUT_OUT_AT = 0.5
 
+# The node of a sheer material's copy that says how many layers are left out.
+_LEFT_OUT_NODE = "relume_left_out"
+
 # Rays of Cycles' Ambient Occlusion node reach through any scene.
 _EVERYWHERE = 1e30
 
@@ -56,6 +59,8 @@ class SpecializedMaterial:
         context: the copy's node tree.
         lobes: its channels as expressions in that tree.
         effects: a sentence for each approximation.
+        is_sheer: whether it is shown as a layer before what lies behind it. Its lobes are then
+            those of the whole surface, of which so much is opaque.
     """
 
     name: str
@@ -64,11 +69,18 @@ class SpecializedMaterial:
     context: TreeContext | None
     lobes: Lobes
     effects: tuple[str, ...]
+    is_sheer: bool = False
 
     @property
     def is_cut_out(self) -> bool:
         """Whether light passes through it anywhere."""
         return not is_zero(self.lobes.transparency)
+
+    def leave_out(self, layers: int) -> None:
+        """Of a sheer material: show it to cameras only where they look through so many others."""
+        if self.is_sheer and self.copy is not None:
+            node = self.copy.node_tree.nodes[_LEFT_OUT_NODE]
+            node.outputs[0].default_value = float(layers)
 
 
 @contextmanager
@@ -133,7 +145,8 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
         colour = Constant(tuple(float(x) for x in original.diffuse_color[:3]))
         lobes = Lobes.of(Lobe(diffuse_color=colour))
         return SpecializedMaterial(name, original, copy, None, lobes, ())
-    reader = ShaderReader()
+    sheer = is_sheer(original)
+    reader = ShaderReader(is_sheer=sheer)
     context = TreeContext(tree, trees)
     output = _active_output(tree)
     lobes = Lobes() if output is None else reader.shader(context, output.inputs["Surface"])
@@ -144,15 +157,18 @@ def _specialize(name: str, trees: list[Any]) -> SpecializedMaterial:
         reader.report("its volume is left out")
     if _is_displaced(original, output):
         reader.report("its displacement is shown as bump")
-    _report_soft(lobes.transparency, reader.report)
-    lobes = _unpremultiplied(context, lobes)
+    if not sheer:
+        _report_soft(lobes.transparency, reader.report)
+        lobes = _unpremultiplied(context, lobes)
     model, limb = material_model(original)
     if model != MODEL_NAMES[0]:
         lobes = remodelled(lobes, model, limb)
         reader.report(f"its reflection model is {model}, which Cycles' own render does not show")
     for effect in view_dependent_effects(output, reader.shaded):
         reader.report(effect)
-    return SpecializedMaterial(name, original, copy, context, lobes, tuple(reader.effects))
+    return SpecializedMaterial(
+        name, original, copy, context, lobes, tuple(reader.effects), is_sheer=sheer
+    )
 
 
 def _has_bump(material: Any) -> bool:
@@ -221,7 +237,7 @@ def _instrument(
         context = TreeContext(material.copy.node_tree, [])
     build = context.build
     tree = context.tree
-    opacity = build.at_least(build.complement(material.lobes.transparency), CUT_OUT_AT)
+    opacity = _camera_opacity(context, material)
     normal = _lobe_normal(build, material.lobes, 1)
     for name in plan.stored:
         if name == "depth" or (name == "ambient_occlusion" and not ambient_samples):
@@ -250,6 +266,20 @@ def _instrument(
         _make_sky_lit(context, opacity, alpha, normal)
     else:
         _make_cut_out(context, opacity)
+
+
+def _camera_opacity(context: TreeContext, material: SpecializedMaterial) -> Expression:
+    """1 where cameras see a surface, else 0; of a sheer one where their rays have passed through
+    as many surfaces as are left out."""
+    build, nodes = context.build, context.tree.nodes
+    if not material.is_sheer:
+        return build.at_least(build.complement(material.lobes.transparency), CUT_OUT_AT)
+    passed = Socket(nodes.new("ShaderNodeLightPath"), "Transparent Depth", 1)
+    left_out = nodes.new("ShaderNodeValue")
+    left_out.name = _LEFT_OUT_NODE
+    left_out.outputs[0].default_value = 0.0
+    beyond = build.subtract(passed, Socket(left_out, "Value", 1))
+    return build.at_least(build.add(beyond, ONE), 0.5)
 
 
 def _lobe_normal(build: ExpressionBuilder, lobes: Lobes, number: int) -> Expression:

@@ -13,8 +13,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from ..scene.cutout_reader import CLEAR
 from ..scene.node_reader import source_of
+from ..scene.sheer_reader import CLEAR
 from . import specialize_lobes
 from .channels import Distribution, ViewCurve
 from .specialize_expression import (
@@ -38,9 +38,13 @@ class ShaderReader:
 
     Attributes:
         effects: a sentence for each approximation, in the order found.
+
+    Args:
+        is_sheer: whether what passes straight through it is shown as it is.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, is_sheer: bool = False) -> None:
+        self._is_sheer = is_sheer
         self.effects: dict[str, None] = {}
         self._shaded: set[tuple[int, str]] = set()
 
@@ -76,7 +80,9 @@ class ShaderReader:
             first, second = (self.shader(context, node.inputs[i]) for i in (0, 1))
             return specialize_lobes.add(context.build, first, second, self.report)
         if node.bl_idname in _CLOSURES:
-            return _CLOSURES[node.bl_idname](_ClosureInputs(context, node, self.report))
+            return _CLOSURES[node.bl_idname](
+                _ClosureInputs(context, node, self.report, is_sheer=self._is_sheer)
+            )
         self.report(f"the {node.bl_label} node '{node.name}' is not understood and shows black")
         return Lobes()
 
@@ -167,7 +173,10 @@ def f0_from_ior(build: ExpressionBuilder, ior: Expression) -> Expression:
 class _ClosureInputs:
     """A closure node's inputs, by identifier, each limited as Cycles limits it."""
 
-    def __init__(self, context: TreeContext, node: Any, report: Reporter) -> None:
+    def __init__(
+        self, context: TreeContext, node: Any, report: Reporter, *, is_sheer: bool = False
+    ) -> None:
+        self.is_sheer = is_sheer
         self.context = context
         self.build = context.build
         self.node = node
@@ -508,6 +517,8 @@ def _root(build: ExpressionBuilder, a: Expression) -> Expression:
 
 def _transparent(inputs: _ClosureInputs) -> Lobes:
     colour = inputs.unit("Color")
+    if inputs.is_sheer:
+        return Lobes(transparency=inputs.build.mean(colour))
     if not isinstance(colour, Constant):
         inputs.approximate("tinted transparency is shown as clear or opaque")
         return Lobes(transparency=inputs.build.mean(colour))

@@ -370,7 +370,8 @@ def reads(lobe: Lobe, part: str) -> bool:
     parts = {
         "diffuse": lobe.has_diffuse,
         "rough diffuse": lobe.has_diffuse and not is_zero(lobe.diffuse_roughness),
-        "layer": has_specular,
+        # Of a diffuse base without one it is told that there is none.
+        "layer": has_specular or lobe.has_diffuse,
         "specular": has_specular,
         "bounces": (
             lobe.has_specular and is_zero(lobe.distribution) and not is_zero(lobe.roughness)

@@ -16,7 +16,7 @@ from .cache_names import WORLD_STEM, camera_stem, named
 from .file_record import BAKE_AGAIN, FileRecord
 from .frame_state import frame_ranges
 from .framebuffer import DeepFramebuffer
-from .framebuffer_file import read_framebuffer, read_parts
+from .framebuffer_file import pictures_in, read_framebuffer, read_parts
 from .manifest import Manifest
 from .manifest_file import read_manifest
 from .plan import ChannelPlan
@@ -155,6 +155,16 @@ class StoredCache:
         path = self.camera_path(number)
         self.manifest.finished[number].require(path)
         return read_framebuffer(path, camera, self.plan)
+
+    def pictures_of(self, number: int) -> int:
+        """How many pictures a finished camera's file holds, see `DeepFramebuffer.behind`; 1 of one
+        that cannot be read, which reading it tells."""
+        if not self.manifest.cut_out:
+            return 1
+        try:
+            return pictures_in(self.camera_path(number))
+        except InputError:
+            return 1
 
     def read_finished(self) -> list[DeepFramebuffer]:
         """All finished deep framebuffers, in the cameras' order. Raises as read_camera()."""

@@ -84,7 +84,7 @@ class TemporaryStore:
             number = 1 + max((camera.id for camera in manifest.cameras), default=-1)
             camera = replace(framebuffer.camera, id=number)
             record = begun.write_camera(
-                DeepFramebuffer(camera, framebuffer.channels, framebuffer.wide)
+                DeepFramebuffer(camera, framebuffer.channels, framebuffer.wide, framebuffer.behind)
             )
             begun.write_manifest(
                 replace(

@@ -23,4 +23,6 @@ def triangles_of(geometry: SceneGeometry, chosen: NDArray[np.int64]) -> SceneGeo
         shadow_visible=np.ascontiguousarray(geometry.shadow_visible[chosen]),
         uv=None,
         cutouts=(),
+        sheers=(),
+        copies=(),
     )

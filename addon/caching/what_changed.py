@@ -147,10 +147,12 @@ class ChangesInSight:
         picture: DeepFramebuffer | None = None
         if self._may_be_in_view(camera):
             picture = read()
-            found = self._before(camera, picture)
+            for number, each in enumerate(picture.pictures):
+                found |= self._before(camera, each, is_behind=number > 0)
         if not found and self._has_ambient and self._reach.moved:
             picture = picture or read()
-            found = {_object(name) for name in self._reach.reasons(picture)}
+            for each in picture.pictures:
+                found |= {_object(name) for name in self._reach.reasons(each)}
         return tuple(sorted(found))
 
     @cached_property
@@ -199,10 +201,14 @@ class ChangesInSight:
         outside = (x > side, x < -side, y > side, y < -side, -z < camera.near, -z > camera.far)
         return not any(bool(beyond.all()) for beyond in outside)
 
-    def _before(self, camera: CachingCamera, picture: DeepFramebuffer) -> set[str]:
-        """The changed triangles that lie before a picture's depth, by what changed of them."""
+    def _before(
+        self, camera: CachingCamera, picture: DeepFramebuffer, *, is_behind: bool = False
+    ) -> set[str]:
+        """The changed triangles that lie before a picture's depth, by what changed of them; of one
+        of what `is_behind` where it shows anything."""
         depth = picture.channels["depth"][..., 0].astype(np.float64)
-        depth = np.where(depth > 0.0, depth * (1.0 + _BEHIND), camera.far)
+        nothing = 0.0 if is_behind else camera.far
+        depth = np.where(depth > 0.0, depth * (1.0 + _BEHIND), nothing)
         found = self._met(camera, depth)
         # Rays may miss what is finer than a texel: its corners do not.
         lowest, size = np.zeros(2, np.int64), camera.resolution

@@ -52,7 +52,7 @@ class LocalFrame:
         return points * self.unit + self.origin
 
     def geometry_from_world(self, geometry: SceneGeometry) -> SceneGeometry:
-        return replace(geometry, vertices=self.from_world(geometry.vertices))
+        return replace(geometry, vertices=self.from_world(geometry.vertices), copies=())
 
     def view_from_world(self, view: View) -> View:
         """The same picture of the local scene."""

@@ -18,12 +18,15 @@ EXTENSIONS = ("REPEAT", "EXTEND", "CLIP", "MIRROR")
 class Mask:
     """The alpha masks of a geometry's materials, side by side in one array.
 
-    One look-up then serves rays that met any mixture of materials.
+    One look-up then serves rays that met any mixture of materials. What light passes through in
+    part is there where at most half of it passes, or all over if it is not `with_sheer`.
     """
 
-    def __init__(self, geometry: SceneGeometry) -> None:
+    def __init__(self, geometry: SceneGeometry, *, with_sheer: bool = True) -> None:
         self._geometry = geometry
         cutouts = geometry.cutouts if geometry.uv is not None else ()
+        if with_sheer and geometry.uv is not None:
+            cutouts = (*cutouts, *(sheer.at_half for sheer in geometry.sheers))
         materials = int(geometry.material_id.max(initial=0)) + 1
         self._slot = np.full(materials, -1, dtype=np.int64)
         for slot, cutout in enumerate(cutouts):

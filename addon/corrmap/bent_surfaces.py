@@ -16,7 +16,7 @@ from ..caching.channels import lobe_channel
 from ..scene.geometry import SceneGeometry
 from ..scene.octahedral import from_codes
 from .surface_layout import SurfaceLayout
-from .triangle_table import TABLE_WIDTH
+from .triangle_codes import TriangleCodes
 from .visible_surface import VisibleSurface
 
 # A mirror shows lights as wide as this, radians of its normal: lamps of 4 degrees. Nothing is
@@ -32,13 +32,13 @@ class BentSurfaces:
 
     Attributes:
         geometry: its triangles.
-        order: (T,) of each number in the `GeometryBuffer` the triangle.
+        codes: how the GPU tells them apart.
         widest: (M + 2,) float64, by 1 + material id: the turn within a pixel up to which a
             highlight is as wide as the pixel, radians; infinite of a material without highlights.
     """
 
     geometry: SceneGeometry
-    order: NDArray[np.int64]
+    codes: TriangleCodes
     widest: NDArray[np.float64]
     _turn: NDArray[np.float32] = field(compare=False, repr=False)
 
@@ -46,7 +46,7 @@ class BentSurfaces:
     def of(
         cls,
         geometry: SceneGeometry,
-        order: NDArray[np.int64],
+        codes: TriangleCodes,
         layout: SurfaceLayout,
         table: NDArray[np.float32],
     ) -> BentSurfaces | None:
@@ -54,21 +54,21 @@ class BentSurfaces:
 
         Args:
             geometry: its triangles.
-            order: of each number in the `GeometryBuffer` the triangle.
+            codes: how the GPU tells them apart.
             layout: of the surfaces.
             table: (rows, columns, 4) their material table.
         """
         widest = _widest(layout, table)
         if geometry.corner_normals is None or not np.isfinite(widest).any():
             return None
-        return cls(geometry, order, widest, np.full(len(order), np.nan, dtype=np.float32))
+        return cls(geometry, codes, widest, np.full(len(geometry), np.nan, dtype=np.float32))
 
-    def turn(self, number: NDArray[np.int64]) -> NDArray[np.float32]:
-        """(N,) radians per metre along triangles, by their numbers in the `GeometryBuffer`; found
-        when one is first asked for."""
-        new = np.unique(number[np.isnan(self._turn[number])])
-        self._turn[new] = _turns(self.geometry, self.order[new])
-        return np.asarray(self._turn[number])
+    def turn(self, triangle: NDArray[np.int64]) -> NDArray[np.float32]:
+        """(N,) radians per metre along triangles of the geometry; found when one is first asked
+        for."""
+        new = np.unique(triangle[np.isnan(self._turn[triangle])])
+        self._turn[new] = _turns(self.geometry, new)
+        return np.asarray(self._turn[triangle])
 
     def at(
         self,
@@ -83,13 +83,13 @@ class BentSurfaces:
             position: (N, 4) as `VisibleSurface.position`.
             triangle: (N, 2) as `VisibleSurface.triangles`.
         """
-        high, low = triangle.astype(np.int64).T
-        turn = self.turn(np.where(high > 0, (high - 1) * TABLE_WIDTH + low, 0))
+        number = self.codes.decode(triangle)
+        turn = self.turn(np.maximum(number, 0))
         pixel: NDArray[np.float64] | float = look.pixel
         if look.eye[3] > 0.0:
             pixel = pixel * np.linalg.norm(position[:, :3] - look.eye[:3], axis=1)
         widest = self.widest[position[:, 3].astype(np.int64)]
-        return np.asarray((high > 0) & (turn * pixel > widest))
+        return np.asarray((number >= 0) & (turn * pixel > widest))
 
 
 def _turns(geometry: SceneGeometry, order: NDArray[np.int64]) -> NDArray[np.float32]:

@@ -16,7 +16,7 @@ _BITS = 10
 
 # Box sides grow by this share of their distance from the local origin: above float32's rounding
 # of what is drawn, and of the matrix that it is drawn with.
-_MARGIN = 1e-5
+BOX_MARGIN = 1e-5
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Clusters:
         starts, points = np.arange(0, 3 * len(corners), 3 * CLUSTER), corners.reshape(-1, 3)
         low = np.minimum.reduceat(points, starts).astype(np.float64)
         high = np.maximum.reduceat(points, starts).astype(np.float64)
-        margin = _MARGIN * np.maximum(np.abs(low), np.abs(high))
+        margin = BOX_MARGIN * np.maximum(np.abs(low), np.abs(high))
         return cls(len(corners), low - margin, high + margin)
 
     def seen(self, clip_from_local: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -80,6 +80,8 @@ def order_of_objects(
     """(O,) a rank for each object: those that lie together come after one another (G. M. Morton's
     order of their places, 1966)."""
     count = int(object_id.max(initial=-1)) + 1
+    if not count:
+        return np.zeros(0, dtype=np.int64)
     # A corner stands for an object: of small ones it is near the middle, and large ones fill
     # clusters of their own.
     first = np.zeros(count, dtype=np.int64)

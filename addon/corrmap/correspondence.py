@@ -153,6 +153,16 @@ class GatherPass:
             for start in range(0, len(self._outputs), MAX_COLOR_SLOTS)
         ]
 
+    @property
+    def has_normals(self) -> bool:
+        """Whether it needs `VisibleSurface.shading_normal`, or finds it itself."""
+        return self._normals is not None
+
+    @property
+    def has_bends(self) -> bool:
+        """The same of `VisibleSurface.bend`."""
+        return self._bends is not None
+
     def _program(self, outputs: Sequence[str]) -> ShaderProgram:
         """Writes some of the outputs; the others are variables that nothing reads."""
         pages = self._pages
@@ -256,9 +266,15 @@ class Coverage:
 
 
 def measure_coverage(surface: SurfaceBuffer) -> Coverage:
-    """Count holes in one sample of the view."""
-    is_surface = read_texture(surface.position)[..., 3] > 0.0
-    origin = read_texture(surface.geometric_normal)[..., 3][is_surface]
-    if not origin.size:
-        return Coverage(0, 0.0, 0.0)
-    return Coverage(origin.size, float((origin <= 0.0).mean()), float((origin == 0.0).mean()))
+    """Count holes in one sample of the view: a pixel is one if anything is that it sees, behind
+    sheer layers or of them."""
+    is_surface = np.zeros((surface.height, surface.width), dtype=np.bool_)
+    is_hole, is_open = is_surface.copy(), is_surface.copy()
+    for each in (surface, *surface.before):
+        seen = read_texture(each.position)[..., 3] > 0.0
+        origin = read_texture(each.geometric_normal)[..., 3]
+        is_surface |= seen
+        is_hole |= seen & (origin <= 0.0)
+        is_open |= seen & (origin == 0.0)
+    pixels, holes, opened = (int(np.count_nonzero(x)) for x in (is_surface, is_hole, is_open))
+    return Coverage(pixels, holes / max(pixels, 1), opened / max(pixels, 1))

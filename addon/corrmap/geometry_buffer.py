@@ -4,100 +4,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import PassShader, ShaderProgram, Varying, texture_from_array
+from ..glsl.shader import texture_from_array
 from ..glsl.triangles import depth_tested, triangle_batch
-from ..glsl.uniforms import Field, UniformBlock
-from ..scene.geometry import PART, Cutout, SceneGeometry
+from ..scene.geometry import PART, Cutout, SceneGeometry, Sheer
 from .clusters import Clusters, order_of_objects, overlaps
+from .copies_buffer import Audience, CopiesBuffer, CopiesCall
 from .corner_normal_table import CornerNormalTable
-from .pose_table import POSE_SAMPLERS
+from .instance_table import INSTANCE_SAMPLERS, upload_numbers
+from .mesh_store import MeshStore
+from .raster_program import DRAWN_SAMPLERS, RasterProgram
+from .triangle_codes import TriangleCodes
 from .triangle_table import TABLE_SAMPLERS, TriangleTable
 
-# Who looks at the triangles: a camera, or a light that casts shadows.
-Audience = Literal["camera", "shadow"]
-
-# The block that every rasterizing pass has.
-RASTER_BLOCK = UniformBlock(
-    "raster", (Field("mat4", "clip_from_local"), Field("int", "first_triangle"))
-)
-
 _EXTENSION_CODE = {"REPEAT": 0, "EXTEND": 1, "CLIP": 2, "MIRROR": 3}
-_CUTOUT_BLOCK = UniformBlock("cutout", (Field("int", "extension"),))
-
-
-@dataclass(frozen=True)
-class RasterProgram:
-    """A rasterizing pass, built for plain triangles and, if the scene has any, for cut-outs."""
-
-    opaque: ShaderProgram
-    cutout: ShaderProgram | None
-    reads_planes: bool = False
-    has_poses: bool = False
-
-
-def build_raster_program(
-    description: PassShader,
-    with_cutouts: bool,
-    *,
-    numbers_triangles: bool = False,
-    reads_planes: bool = False,
-    has_poses: bool = False,
-) -> RasterProgram:
-    """Complete a pass's description with the geometry's vertex stage, and compile it.
-
-    The fragment shader finds `local_position` (vec3), and calls `cut_away()` first, which
-    discards the fragment where the material's mask says so. If it `numbers_triangles`, it also
-    finds `surface_triangle` (int), and if it `reads_planes`, `surface_plane()`. One that
-    `has_poses`, and `numbers_triangles`, draws objects where a table of poses has them.
-    """
-    plain = replace(
-        description,
-        vertex="geometry_vert",
-        vertex_in=(("VEC3", "position"),),
-        varyings=(Varying("smooth", "VEC3", "local_position"),),
-        blocks=(RASTER_BLOCK, *description.blocks),
-        library=("cutout", *description.library),
-    )
-    if numbers_triangles:
-        plain = replace(
-            plain,
-            varyings=(*plain.varyings, Varying("flat", "INT", "surface_triangle")),
-            defines=(*plain.defines, ("HAS_TRIANGLES", "1")),
-        )
-    if reads_planes:
-        plain = replace(
-            plain,
-            library=("triangle_table", *plain.library),
-            samplers=(TABLE_SAMPLERS[0], *plain.samplers),
-        )
-    if has_poses:
-        plain = replace(
-            plain,
-            name=f"{plain.name}_posed",
-            library=("pose_table", *plain.library),
-            vertex_library=("pose_table",),
-            samplers=(TABLE_SAMPLERS[1], *POSE_SAMPLERS, *plain.samplers),
-            defines=(*plain.defines, ("HAS_POSES", "1")),
-        )
-    masked = replace(
-        plain,
-        name=f"{plain.name}_cutout",
-        vertex_in=(*plain.vertex_in, ("VEC2", "uv")),
-        varyings=(*plain.varyings, Varying("smooth", "VEC2", "surface_uv")),
-        blocks=(*plain.blocks, _CUTOUT_BLOCK),
-        samplers=(*plain.samplers, ("cutout_alpha", "FLOAT_2D")),
-        defines=(*plain.defines, ("HAS_CUTOUT", "1")),
-    )
-    return RasterProgram(
-        plain.build(), masked.build() if with_cutouts else None, reads_planes, has_poses
-    )
 
 
 @dataclass(frozen=True)
@@ -118,8 +44,13 @@ class _Group:
     run_object: NDArray[np.int64]
     camera_visible: bool
     shadow_visible: bool
-    cutout: Cutout | None
+    cutout: Cutout | Sheer | None
     mask: Any
+
+    @property
+    def is_sheer(self) -> bool:
+        """Whether light passes through them in part."""
+        return isinstance(self.cutout, Sheer)
 
     def ranges(
         self, clip_from_local: NDArray[np.float64] | None, objects: NDArray[np.bool_] | None
@@ -141,77 +72,108 @@ class _Group:
 class GeometryBuffer:
     """Vertex buffers in local space: world axes, metres, origin at `origin`.
 
+    Meshes that the scene has many times are held once, in their own space (`copies`).
+
     Attributes:
         origin: (3,) float64, world space. Vertices are made relative to it in float64, so a
             scene far from the world's origin keeps its precision in float32.
         has_cutouts: whether any triangle has an alpha mask.
-        triangle_count: triangles on the GPU.
+        has_sheer: whether light passes through any triangle in part.
+        triangle_count: triangles that are drawn.
         bounds: (2, 3) float64, world space.
-        scene_triangle: (T,) int64, the geometry's triangle by the number that it has here.
+        codes: how triangles are told apart.
+        copies: the repeated meshes; None where there are none.
     """
 
-    def __init__(self, geometry: SceneGeometry, origin: NDArray[np.float64]) -> None:
+    def __init__(
+        self,
+        geometry: SceneGeometry,
+        origin: NDArray[np.float64],
+        meshes: MeshStore | None = None,
+    ) -> None:
+        """Put a geometry on the GPU.
+
+        Args:
+            geometry: the scene.
+            origin: (3,), world space, where local space is to have its origin.
+            meshes: the geometry's repeated ones, if they are on the GPU already.
+        """
         self.origin = np.array(origin, dtype=np.float64)
         self.triangle_count = len(geometry)
         self.bounds = geometry.bounds
-        local = (geometry.vertices - self.origin).astype(np.float32)
-        cutout_of_material = np.full(len(geometry.material_names), -1)
-        for index, cutout in enumerate(geometry.cutouts):
-            cutout_of_material[cutout.material_id] = index
-        cutout_index = cutout_of_material[geometry.material_id]
-        # One number for each combination that needs a draw call of its own.
-        combination = (
-            (cutout_index + 1) * 4
-            + geometry.camera_visible.astype(np.int64) * 2
-            + geometry.shadow_visible.astype(np.int64)
-        )
         self._geometry = geometry
-        self._groups: list[_Group] = []
+        self.copies: CopiesBuffer | None = None
+        # The scene's triangles that are there once.
+        alone: slice | NDArray[np.int64] = slice(None)
+        if geometry.copies:
+            meshes = MeshStore(geometry) if meshes is None else meshes
+            if len(meshes):
+                self.copies = CopiesBuffer(meshes, self.origin)
+                alone = np.flatnonzero(meshes.alone(len(geometry)))
         # Sorting keeps what is equal in the geometry's order.
-        rank = order_of_objects(geometry.vertices, geometry.triangles, geometry.object_id)
-        self.scene_triangle = np.argsort(
-            combination * len(rank) + rank[geometry.object_id], kind="stable"
+        order, key = _draw_order(geometry, alone)
+        if isinstance(alone, np.ndarray):
+            order = alone[order]
+        self._order = order
+        self.codes = self._codes()
+        self._groups = self._grouped(order, key) if len(order) else []
+        in_groups = any(isinstance(group.cutout, Cutout) for group in self._groups)
+        self.has_sheer = any(group.is_sheer for group in self._groups)
+        self.has_cutouts = in_groups or (self.copies is not None and self.copies.meshes.has_cutouts)
+
+    def _codes(self) -> TriangleCodes:
+        if self.copies is None:
+            none = np.zeros(0, dtype=np.int64)
+            return TriangleCodes(self._order, none, none)
+        meshes = self.copies.meshes
+        places = tuple(
+            (mesh.first_instance, len(mesh.copies), mesh.first, len(mesh.copies.triangles))
+            for mesh in meshes.meshes
         )
-        sorted_keys = combination[self.scene_triangle]
-        starts = np.append(0, np.flatnonzero(sorted_keys[1:] != sorted_keys[:-1]) + 1)
-        parts = np.split(self.scene_triangle, starts[1:])
-        for key, first, chosen in zip(sorted_keys[starts], starts, parts, strict=True):
-            cutout_number = int(key) // 4 - 1
-            cutout_used = geometry.cutouts[cutout_number] if cutout_number >= 0 else None
-            corners = _corners(local, geometry.triangles, chosen)
-            self._groups.append(
+        return TriangleCodes(self._order, meshes.first_triangle, meshes.mesh_triangle, places)
+
+    def _grouped(self, order: NDArray[np.int64], key: NDArray[np.int64]) -> list[_Group]:
+        """The draw calls of triangles that are there once, sorted by `key`."""
+        geometry = self._geometry
+        groups = []
+        starts = np.append(0, np.flatnonzero(key[1:] != key[:-1]) + 1)
+        for number, first, chosen in zip(
+            key[starts], starts, np.split(order, starts[1:]), strict=True
+        ):
+            cutout_number = int(number) // 4 - 1
+            cutout_used = _masks(geometry)[cutout_number] if cutout_number >= 0 else None
+            corners = _corners(geometry, self.origin, chosen)
+            groups.append(
                 _Group(
                     batch=_batch(geometry, corners, chosen, cutout_used is not None),
                     clusters=Clusters.of(corners),
                     first=int(first),
                     **_runs(geometry.object_id[chosen]),
-                    camera_visible=bool(key & 2),
-                    shadow_visible=bool(key & 1),
+                    camera_visible=bool(number & 2),
+                    shadow_visible=bool(number & 1),
                     cutout=cutout_used,
-                    mask=(
-                        texture_from_array(cutout_used.alpha[..., None], "R32F")
-                        if cutout_used is not None
-                        else None
-                    ),
+                    mask=_mask_texture(cutout_used),
                 )
             )
-        self.has_cutouts = any(group.cutout is not None for group in self._groups)
+        return groups
 
     @cached_property
     def table(self) -> TriangleTable:
-        """What is known of each triangle by its number; made when a pass first asks."""
-        return TriangleTable.upload(self._geometry, self.scene_triangle, self.origin)
+        """What is known of each triangle that is there once, by its number; made when a pass first
+        asks."""
+        return TriangleTable.upload(self._geometry, self._order, self.origin)
 
     @cached_property
     def corner_normals(self) -> CornerNormalTable | None:
-        """The normals of each triangle's corners; None where every face is flat."""
-        geometry, order = self._geometry, self.scene_triangle
+        """The normals of the corners of each triangle that is there once; None where every face of
+        the scene is flat."""
+        geometry, order = self._geometry, self._order
         if geometry.corner_normals is None:
             return None
         return CornerNormalTable.upload(
             geometry.vertices - self.origin,
             geometry.triangles[order],
-            geometry.normal[order],
+            geometry.normal_of(order),
             geometry.corner_normals[order],
         )
 
@@ -224,10 +186,12 @@ class GeometryBuffer:
         uniforms: Mapping[str, Mapping[str, Any]] | None = None,
         *,
         objects: NDArray[np.bool_] | None = None,
+        only_sheer: bool = False,
     ) -> None:
         """Draw all triangles that `audience` sees into the bound framebuffer.
 
-        Clusters beside the picture are left out.
+        Clusters beside the picture are left out, and sheer surfaces but by a program that was
+        built for them.
 
         Args:
             program: built by `build_raster_program`.
@@ -236,6 +200,7 @@ class GeometryBuffer:
             textures: what the pass declares beyond the geometry's own.
             uniforms: likewise.
             objects: which of `SceneGeometry.object_names` are drawn; None for all.
+            only_sheer: whether sheer surfaces alone are drawn.
         """
         textures = dict(textures or {})
         if program.reads_planes:
@@ -245,12 +210,53 @@ class GeometryBuffer:
         uniforms = dict(uniforms or {})
         with depth_tested():
             for group in self._groups:
+                if program.sheer is None if group.is_sheer else only_sheer:
+                    continue
                 if group.camera_visible if audience == "camera" else group.shadow_visible:
                     raster = {"clip_from_local": clip_from_local, "first_triangle": group.first}
                     # What moves may be anywhere.
                     matrix = None if program.has_poses else clip_from_local
                     ranges = group.ranges(matrix, objects)
                     _draw_group(group, program, textures, {**uniforms, "raster": raster}, ranges)
+            if self.copies is not None and not only_sheer:
+                matrix = None if program.has_poses else clip_from_local
+                raster = {"clip_from_local": clip_from_local}
+                _draw_copies(
+                    self.copies,
+                    program,
+                    textures,
+                    {**uniforms, "raster": raster},
+                    self.copies.calls(matrix, audience, objects),
+                )
+
+
+def _draw_copies(
+    copies: CopiesBuffer,
+    program: RasterProgram,
+    textures: Mapping[str, Any],
+    uniforms: Mapping[str, Mapping[str, Any]],
+    drawn: tuple[list[CopiesCall], NDArray[np.int64]],
+) -> None:
+    calls, numbers = drawn
+    if not calls:
+        return
+    if program.copies is None:
+        raise ValueError("the pass was built without repeated meshes, but the scene has some")
+    textures = {
+        **textures,
+        INSTANCE_SAMPLERS[0][0]: copies.table,
+        DRAWN_SAMPLERS[0][0]: upload_numbers(numbers),
+    }
+    if program.reads_planes:
+        textures.update(copies.meshes.textures())
+    for call in calls:
+        piece = call.piece
+        raster = {
+            **uniforms["raster"], "first_triangle": piece.first, "first_drawn": call.first
+        }  # fmt: skip
+        mask = None if piece.cutout is None else copies.meshes.mask(piece.cutout)
+        shader = _bind(piece.cutout, mask, program.copies, textures, {**uniforms, "raster": raster})
+        piece.batch.draw_instanced(shader, instance_start=0, instance_count=call.count)
 
 
 def _draw_group(
@@ -262,28 +268,72 @@ def _draw_group(
 ) -> None:
     if not ranges:
         return
-    shader = _bind_group(group, program, textures, uniforms)
+    shader = _bind(group.cutout, group.mask, program, textures, uniforms)
     for first, end in ranges:
         group.batch.draw_range(shader, elem_start=3 * first, elem_count=3 * (end - first))
 
 
-def _bind_group(
-    group: _Group,
+def _bind(
+    cutout: Cutout | Sheer | None,
+    mask: Any,
     program: RasterProgram,
     textures: Mapping[str, Any],
     uniforms: Mapping[str, Mapping[str, Any]],
 ) -> Any:
-    """The shader that draws a group, bound."""
-    if group.cutout is None:
+    """The shader that draws triangles with or without a cut-out and its mask, bound."""
+    if isinstance(cutout, Sheer):
+        if program.sheer is None:
+            raise ValueError("the pass was built without sheer surfaces, but the scene has some")
+        outside = np.append(cutout.outside, 1.0)
+        sheer = {"outside": outside, "extension": _EXTENSION_CODE[cutout.extension]}
+        program.sheer.bind({**textures, "sheer_transmission": mask}, {**uniforms, "sheer": sheer})
+        return program.sheer.shader
+    if cutout is None:
+        if program.opaque is None:
+            raise ValueError("the pass was built for sheer surfaces alone")
         program.opaque.bind(textures, uniforms)
         return program.opaque.shader
     if program.cutout is None:
         raise ValueError("the pass was built without cut-outs, but the scene has some")
-    extension = _EXTENSION_CODE[group.cutout.extension]
+    extension = _EXTENSION_CODE[cutout.extension]
     program.cutout.bind(
-        {**textures, "cutout_alpha": group.mask}, {**uniforms, "cutout": {"extension": extension}}
+        {**textures, "cutout_alpha": mask}, {**uniforms, "cutout": {"extension": extension}}
     )
     return program.cutout.shader
+
+
+def _draw_order(
+    geometry: SceneGeometry, some: slice | NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(N,) the order in which some triangles are drawn, and (N,) in that order a number for each
+    combination that needs a draw call of its own."""
+    cutout_of_material = np.full(len(geometry.material_names), -1)
+    for index, cutout in enumerate(_masks(geometry)):
+        cutout_of_material[cutout.material_id] = index
+    combination = (
+        (cutout_of_material[geometry.material_id[some]] + 1) * 4
+        + geometry.camera_visible[some].astype(np.int64) * 2
+        + geometry.shadow_visible[some].astype(np.int64)
+    )
+    object_id = geometry.object_id[some]
+    rank = order_of_objects(geometry.vertices, geometry.triangles[some], object_id)
+    order = np.argsort(combination * len(rank) + rank[object_id], kind="stable")
+    return order, combination[order]
+
+
+def _masks(geometry: SceneGeometry) -> list[Cutout | Sheer]:
+    """What materials have masks of either kind."""
+    return [*geometry.cutouts, *geometry.sheers]
+
+
+def _mask_texture(mask: Cutout | Sheer | None) -> Any:
+    """What a group's shader reads of its material's mask."""
+    if mask is None:
+        return None
+    if isinstance(mask, Cutout):
+        return texture_from_array(mask.alpha[..., None], "R32F")
+    opaque = np.ones((*mask.transmission.shape[:2], 1), dtype=np.float32)
+    return texture_from_array(np.concatenate([mask.transmission, opaque], axis=-1), "RGBA32F")
 
 
 def _runs(object_id: NDArray[np.int32]) -> dict[str, NDArray[np.int64]]:
@@ -294,13 +344,20 @@ def _runs(object_id: NDArray[np.int32]) -> dict[str, NDArray[np.int64]]:
 
 
 def _corners(
-    local: NDArray[np.float32], triangles: NDArray[np.int32], chosen: NDArray[np.int64]
+    geometry: SceneGeometry, origin: NDArray[np.float64], chosen: NDArray[np.int64]
 ) -> NDArray[np.float32]:
-    """(N, 3, 3) the corners of some triangles."""
+    """(N, 3, 3) the corners of some triangles, relative to an origin."""
     corners = np.empty((len(chosen), 3, 3), dtype=np.float32)
+    # Most corners are shared, but not where few of the scene's are wanted.
+    shared = 2 * len(chosen) > len(geometry)
+    local = (geometry.vertices - origin).astype(np.float32) if shared else None
     for start in range(0, len(chosen), PART):
-        some = chosen[start : start + PART]
-        np.take(local, triangles[some], axis=0, out=corners[start : start + len(some)], mode="clip")
+        triangles = geometry.triangles[chosen[start : start + PART]]
+        out = corners[start : start + len(triangles)]
+        if local is not None:
+            np.take(local, triangles, axis=0, out=out, mode="clip")
+        else:
+            out[:] = geometry.vertices[triangles] - origin
     return corners
 
 

@@ -71,7 +71,7 @@ class LocalScene:
 
     def __init__(self, geometry: SceneGeometry, origin: NDArray[np.float64]) -> None:
         local = (geometry.vertices - origin).astype(np.float32).astype(np.float64)
-        self.geometry = replace(geometry, vertices=local)
+        self.geometry = replace(geometry, vertices=local, copies=())
         self.origin = origin
         self._meshes: dict[bytes, EmbreeMesh] = {}
         self.made = {}
@@ -95,7 +95,7 @@ class LocalScene:
     @cached_property
     def cut(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
         """(T,), (T,) which triangles are cut away all over, and which in parts or perhaps."""
-        mask = Mask(self.geometry)
+        mask = Mask(self.geometry, with_sheer=False)
         there, away = mask.uniform
         return away, mask.masked & ~there & ~away
 

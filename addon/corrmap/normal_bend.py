@@ -11,35 +11,32 @@ of very many of them is the highlight itself.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import PassShader, Samplers, Texture, framebuffer, source, texture_2d
-from ..glsl.uniforms import Field, UniformBlock
 from ..scene.octahedral import GLSL as OCTAHEDRAL_GLSL
-from .corner_normal_table import CORNER_SAMPLERS
 from .geometry_buffer import GeometryBuffer
-from .visible_surface import VisibleSurface
+from .pixel_bend import BEND_GLSL, BEND_LIBRARY, LOOK_BLOCK, look_uniforms
+from .seen_triangle import seen_textures, with_seen_triangle
+
+if TYPE_CHECKING:
+    from .visible_surface import VisibleSurface
 
 # What a pass declares that reads `NormalBend.texture`.
 BEND_SAMPLER: Samplers = (("surface_bend", "FLOAT_2D"),)
 
-# The standard deviation of a part, in widths of a square of its area: of the square itself it is
-# 0.29. Places are not spread as evenly as such squares, and neighbouring parts had better overlap.
-DEVIATION = 0.7
-
 _PASS = PassShader(
     name="normal_bend",
     fragment="normal_bend",
-    library=("frame_across", "ellipse"),
-    generated=OCTAHEDRAL_GLSL + source("lib/corner_bend.glsl"),
-    blocks=(UniformBlock("look", (Field("vec4", "eye"), Field("float", "deviation"))),),
+    library=BEND_LIBRARY,
+    generated=OCTAHEDRAL_GLSL + source("lib/seen_corners.glsl") + BEND_GLSL,
+    blocks=(LOOK_BLOCK,),
     samplers=(
         ("visible_position", "FLOAT_2D"),
         ("visible_triangle", "FLOAT_2D"),
-        ("triangle_plane", "FLOAT_2D"),
-        *CORNER_SAMPLERS,
     ),
     outputs=(("VEC4", "normal_bend"),),
 )
@@ -57,25 +54,24 @@ class NormalBendPass:
 
     def of(self, visible: VisibleSurface) -> NormalBend:
         """At what is seen."""
-        eye, pixel = visible.eye, visible.pixel
-        return NormalBend(self, visible.position, visible.triangles, eye, pixel)
+        bend = NormalBend(self, visible.position, visible.triangles, visible.eye, visible.pixel)
+        return bend if visible.bend is None else bend.knowing(1, visible.bend)
 
     def draw(self, places: NormalBend, samples: int) -> Texture:
         """See `NormalBend.texture`."""
-        corners = self._geometry.corner_normals
-        if corners is None:
-            raise ValueError("the geometry has no corner normals")
-        deviation = DEVIATION * places.pixel / samples**0.5
+        geometry = self._geometry
+        textures = seen_textures(geometry, corners=True)
+        has_copies = geometry.copies is not None
         bend = texture_2d(places.position.width, places.position.height)
-        _PASS.build().draw_fullscreen(
+        description = with_seen_triangle(_PASS, has_copies, corners=True)
+        description.build().draw_fullscreen(
             framebuffer([bend]),
             {
                 "visible_position": places.position,
                 "visible_triangle": places.triangles,
-                "triangle_plane": self._geometry.table.plane,
-                **corners.textures(),
+                **textures,
             },
-            {"look": {"eye": places.eye, "deviation": deviation}},
+            {"look": look_uniforms(places.eye, places.pixel, samples)},
         )
         return bend
 
@@ -95,6 +91,11 @@ class NormalBend:
     eye: NDArray[np.float64]
     pixel: float
     _known: dict[int, Texture] = field(default_factory=dict, compare=False, repr=False)
+
+    def knowing(self, samples: int, texture: Texture) -> NormalBend:
+        """The same, with what `texture` is to give for so many samples."""
+        self._known[samples] = texture
+        return self
 
     def texture(self, samples: int) -> Texture:
         """RGBA32F: xyz the direction in which normals vary most, as long as their standard

@@ -2,7 +2,9 @@
 """Where in and around its pixel each sample of the view lies.
 
 Cycles draws sample positions in proportion to the pixel filter and averages them evenly; the
-same is done here, with a low-discrepancy sequence, so both pictures converge to one.
+same is done here, with a low-discrepancy sequence, so both pictures converge to one. The first 32
+or 64 serve a whole picture, so that what they are off the filter's mean and variance is a shift
+and a blur of it: below 0.002 of a pixel, and 6 % of the variance.
 """
 
 from __future__ import annotations
@@ -11,20 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.view import PixelFilter
-
-# The R_d sequence's generator for four dimensions: the root of x^5 = x + 1 (M. Roberts, "The
-# Unreasonable Effectiveness of Quasirandom Sequences", 2018). Two dimensions place the sample
-# in the pixel; the other two are left to the lights, so that the two never run in step.
-_ROOT = 1.1673039782614187
-SAMPLE_GENERATOR = _ROOT ** -np.arange(1.0, 5.0)
+from .sobol_points import sobol_points
 
 _TABLE_SIZE = 1024
-
-
-def sample_points(count: int, first: int = 0) -> NDArray[np.float64]:
-    """(count, 4) float64 in [0, 1): points of the R_4 sequence; point 0 is the centre."""
-    index = np.arange(first, first + count, dtype=np.float64)[:, None]
-    return np.asarray((0.5 + index * SAMPLE_GENERATOR) % 1.0)
 
 
 def pixel_offsets(pixel_filter: PixelFilter, count: int, first: int = 0) -> NDArray[np.float64]:
@@ -33,7 +24,7 @@ def pixel_offsets(pixel_filter: PixelFilter, count: int, first: int = 0) -> NDAr
     Sample 0 lies on the centre. Offsets are distributed as the filter, by inverting its
     cumulative distribution along each axis (the filters are separable).
     """
-    uniform = sample_points(count, first)[:, :2]
+    uniform = sobol_points(count, first)
     if pixel_filter.kind == "BOX":
         return (uniform - 0.5) * pixel_filter.width
     # Cycles' tables reach one width to each side, or one and a half (src/scene/film.cpp).

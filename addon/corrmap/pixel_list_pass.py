@@ -13,6 +13,8 @@ from ..glsl.shader import (
     PassShader,
     Samplers,
     Texture,
+    TextureFormat,
+    adding,
     framebuffer,
     read_texture,
     texture_2d,
@@ -62,6 +64,21 @@ _STRAY_BLURRED = replace(
     ),
     defines=(*SAME_SURFACE_DEFINES, ("IS_BLURRED", "1")),
 )
+# With sheer layers, what of the light is kept for pixels' own samples is told too.
+_LAYER_BLOCK = UniformBlock("layer", (Field("int", "is_sheer"),))
+
+
+def _layered(description: PassShader) -> PassShader:
+    return replace(
+        description,
+        name=f"{description.name}_layers",
+        blocks=(*description.blocks, _LAYER_BLOCK),
+        samplers=(*description.samplers, ("seen_through", "FLOAT_2D")),
+        outputs=(*description.outputs, ("VEC4", "kept")),
+        defines=(*description.defines, ("HAS_LAYERS", "1")),
+    )
+
+
 _PICK = PassShader(
     name="pick_hits",
     fragment="pick_hits",
@@ -87,8 +104,12 @@ class PixelListPass:
         # Through a lens or a shutter a pixel's hits lie in other pixels.
         self._bent = None if looks.is_blurred else bent
         blurred = _STRAY_BLURRED if looks.is_blurred else _STRAY
+        self._blurred = blurred
         self._stray = (blurred if self._bent is None else _STRAY_BENT).build()
         self._asked: Texture | None = None
+        # What reached the viewer from pixels' own samples: of what is opaque, and of the layers.
+        self._kept: list[Texture] = []
+        self._all = texture_from_array(np.ones((1, 1, 4), np.float32), "RGBA32F")
         self._pick = _PICK.build()
 
     def add(self, builder: ListBuilder, own: VisibleSurface, k: int) -> None:
@@ -107,10 +128,71 @@ class PixelListPass:
             textures["asked_pixels"] = self._asked
         self._stray.draw_fullscreen(framebuffer([mask]), textures, self._film(k))
         pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
-        if not len(pixel):
+        if len(pixel):
+            self._add_strays(builder, hits, k, pixel)
+        else:
             builder.add_none()
-            return
-        place = np.stack([pixel % mask.width, pixel // mask.width], axis=1)
+
+    def add_layered(self, builder: ListBuilder, own: VisibleSurface, k: int) -> None:
+        """Count visibility sample k of a view with sheer layers: what is opaque, and each layer.
+
+        Args:
+            builder: of the lists.
+            own: what the pixels' centres see, with its layers.
+            k: which sample.
+        """
+        hits = self._looks.visible(k)
+        size = (own.position.width, own.position.height)
+        slots = [own, *own.before]
+        while len(self._kept) < len(slots):
+            self._kept.append(_cleared(*size))
+        for number, hit in enumerate((hits, *hits.before)):
+            has_own = number < len(slots)
+            mask = _cleared(*size, "R8")
+            kept = self._kept[number] if has_own else _cleared(*size)
+            sample = slots[number] if has_own else _nothing(own)
+            textures = pair_textures(sample, hit)
+            stray = self._blurred
+            if number == 0 and self._bent is not None:
+                stray = _STRAY_BENT
+                self._asked = self._asked or _asked_pixels(self._bent, own)
+                textures["asked_pixels"] = self._asked
+            textures["seen_through"] = hit.through or self._all
+            uniforms = {**self._film(k), "layer": {"is_sheer": int(number > 0)}}
+            with adding():
+                program = _layered(stray).build()
+                program.draw_fullscreen(framebuffer([mask, kept]), textures, uniforms)
+            pixel = np.flatnonzero(read_texture(mask).ravel() > 0.5)
+            if not len(pixel):
+                continue
+            weight = np.ones((len(pixel), 3), dtype=np.float32)
+            if hit.through is not None:
+                weight = read_texture(hit.through).reshape(-1, 4)[pixel, :3]
+            seen = weight.any(axis=1)
+            if seen.any():
+                self._add_strays(
+                    builder, hit, k, pixel[seen], weight=weight[seen], is_sheer=number > 0
+                )
+        builder.add_none()
+
+    @property
+    def kept(self) -> list[NDArray[np.float32]]:
+        """(H, W, 3) each, see `ListBuilder.finish`."""
+        return [read_texture(texture)[..., :3] for texture in self._kept]
+
+    def _add_strays(
+        self,
+        builder: ListBuilder,
+        hits: VisibleSurface,
+        k: int,
+        pixel: NDArray[np.int64],
+        *,
+        weight: NDArray[np.float32] | None = None,
+        is_sheer: bool = False,
+    ) -> None:
+        """Count some pixels' hits of visibility sample k."""
+        width = hits.position.width
+        place = np.stack([pixel % width, pixel // width], axis=1)
         rows = _rows(place.astype(np.float32))
         size = (rows.width, rows.height)
         picked = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
@@ -131,8 +213,11 @@ class PixelListPass:
         film = self._looks.film(k, pixel, position)
         # Where the pixel itself has been moved to, by the lens or by motion.
         moved = film - np.array(self._looks.offset(k)) if self._looks.is_blurred else None
-        alone = None if self._bent is None else self._bent.at(hits, position, triangle)
-        builder.add(pixel, position, normal[:, :3], triangle, film, moved=moved, alone=alone)
+        bent = None if is_sheer else self._bent
+        alone = None if bent is None else bent.at(hits, position, triangle)
+        builder.add(
+            pixel, position, normal[:, :3], triangle, film, moved=moved, alone=alone, weight=weight
+        )
 
     def _film(self, k: int) -> dict[str, dict[str, Any]]:
         """Where the reference has its pixels."""
@@ -155,7 +240,7 @@ class PixelListTextures:
         lists: the same as arrays.
         place: RG32F, for each pixel the row of the entries where its list begins, and its length
             times the width of a row and the column.
-        entries: RG32F, sample numbers and weights.
+        entries: RG32F, sample numbers and weights; RGBA32F of weights in colours.
     """
 
     def __init__(self, lists: PixelLists) -> None:
@@ -163,13 +248,16 @@ class PixelListTextures:
         row, column = np.divmod(lists.first, _ROW)
         place = np.stack([row, column + _ROW * lists.count], axis=1).astype(np.float32)
         self.place = texture_from_array(place.reshape(lists.height, lists.width, 2), "RG32F")
-        entries = np.stack([lists.sample.astype(np.float32), lists.weight], axis=1)
-        self.entries = _rows(entries)
+        numbers = lists.sample.astype(np.float32)[:, None]
+        weight = lists.weight if lists.is_tinted else lists.weight[:, None]
+        self.entries = _rows(np.concatenate([numbers, weight], axis=1))
 
     @property
     def nbytes(self) -> int:
         """Bytes of the GPU's memory."""
-        return sum(8 * int(t.width) * int(t.height) for t in (self.place, self.entries))
+        entry = 16 if self.lists.is_tinted else 8
+        sizes = (int(t.width) * int(t.height) for t in (self.place, self.entries))
+        return sum(size * each for size, each in zip(sizes, (8, entry), strict=True))
 
     def textures(self) -> dict[str, Texture]:
         """By the names of resolve.glsl."""
@@ -207,8 +295,25 @@ def pair_textures(own: VisibleSurface, hits: VisibleSurface) -> dict[str, Textur
 
 
 def _rows(values: NDArray[np.float32]) -> Texture:
-    """(N, 2) float32 as RG32F texels, row by row; the last row is filled up with zeros."""
-    rows = max(-(-len(values) // _ROW), 1)
-    filled = np.zeros((rows * _ROW, 2), dtype=np.float32)
+    """(N, 2) float32 as RG32F texels, or (N, 4) as RGBA32F, row by row; the last row is filled up
+    with zeros."""
+    rows, components = max(-(-len(values) // _ROW), 1), values.shape[1]
+    filled = np.zeros((rows * _ROW, components), dtype=np.float32)
     filled[: len(values)] = values
-    return texture_from_array(filled.reshape(rows, _ROW, 2), "RG32F")
+    shape = (rows, _ROW, components)
+    return texture_from_array(filled.reshape(shape), "RG32F" if components == 2 else "RGBA32F")
+
+
+def _cleared(width: int, height: int, texture_format: TextureFormat = "RGBA32F") -> Texture:
+    """A texture of zeros."""
+    texture = texture_2d(width, height, texture_format)
+    target = framebuffer([texture])
+    with target.bind():
+        target.clear(color=(0.0, 0.0, 0.0, 0.0))
+    return texture
+
+
+def _nothing(like: VisibleSurface) -> VisibleSurface:
+    """Pixels that see nothing."""
+    size = (like.position.width, like.position.height)
+    return replace(like, position=_cleared(*size), normal=_cleared(*size), before=(), through=None)

@@ -17,6 +17,7 @@ unlike parts of it: samples of such facets are each pixel's own, and shaded wher
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,6 +31,9 @@ MOST_IN_CELL = 16
 
 # The lower of two numbers in one key; there are fewer than 2^31 of either.
 _LOW = 0xFFFFFFFF
+
+# Positions, normals and triangles of a picture.
+SeenPicture = tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float32]]
 
 # Strays that are kept apart before they are counted together.
 _COUNT_TOGETHER = 1 << 21
@@ -47,7 +51,8 @@ class PixelLists:
         first: (H * W,) int64: where each pixel's list begins.
         count: (H * W,) int64: its length, 0 for none.
         sample: (L,) int64: the lists' samples.
-        weight: (L,) float32: and their weights; those of one list add up to 1.
+        weight: (L,) float32: and their weights; those of one list add up to 1. With sheer layers
+            (L, 3), in colours: the share of the sample's light that reaches the viewer.
         cell: (E,) int64: of each further sample the cell.
         position: (E, 4) float32: as `VisibleSurface.position`.
         normal: (E, 3) float32: as `VisibleSurface.normal`.
@@ -70,6 +75,11 @@ class PixelLists:
     own_hits: OwnHits
 
     @property
+    def is_tinted(self) -> bool:
+        """Whether weights are in colours."""
+        return self.weight.ndim == 2
+
+    @property
     def samples_per_pixel(self) -> float:
         """Shading samples for each pixel."""
         return 1.0 + len(self.cell) / (self.height * self.width)
@@ -82,10 +92,17 @@ class ListBuilder:
         position: (H, W, 4) float32: what the cells' middles see, as `VisibleSurface.position`.
         normal: (H, W, 3) float32: as `VisibleSurface.normal`.
         most: samples that there may be; beyond, hits count for the nearest one of their cell.
+        layers: what the cells' middles see of sheer layers, nearest first: positions, normals
+            and triangles, (H, W, 4), (H, W, 3) and (H, W, 2) float32. Each cell has a sample of
+            each layer that is there. None for lists without colours.
     """
 
     def __init__(
-        self, position: NDArray[np.float32], normal: NDArray[np.float32], most: int = 1 << 24
+        self,
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+        most: int = 1 << 24,
+        layers: Sequence[SeenPicture] | None = None,
     ) -> None:
         self._most = most
         self._height, self._width = position.shape[:2]
@@ -104,6 +121,33 @@ class ListBuilder:
         self._keys = np.zeros(0, dtype=np.int64)
         self._times = np.zeros(0, dtype=np.int64)
         self._hits = OwnHitsBuilder()
+        self._is_tinted = layers is not None
+        self._new_weights: list[NDArray[np.float64]] = []
+        self._weights = np.zeros((0, 3))
+        # Of each cell the own samples, -1 for none: of what is opaque, and of the layers.
+        self._slots = [np.arange(self._pixels, dtype=np.int64)]
+        for layer in layers or ():
+            self._add_slot(*layer)
+
+    def _add_slot(
+        self,
+        position: NDArray[np.float32],
+        normal: NDArray[np.float32],
+        triangle: NDArray[np.float32],
+    ) -> None:
+        """A sample of one more layer in each cell that sees it; beyond `most`, the last one of the
+        cell serves this layer too."""
+        slot = np.full(self._pixels, -1, dtype=np.int64)
+        cell = np.flatnonzero(position.reshape(-1, 4)[:, 3] > 0.0)
+        last = np.max(self._slots, axis=0)[cell]
+        slot[cell] = last
+        room = max(self._most - self._count, 0)
+        cell, last = cell[:room], last[:room]
+        slot[cell] = number = self._append(cell, last)
+        self._position[number] = position.reshape(-1, 4)[cell]
+        self._normal[number] = normal.reshape(-1, 3)[cell]
+        self._triangle[number] = triangle.reshape(-1, 2)[cell]
+        self._slots.append(slot)
 
     @property
     def entries(self) -> int:
@@ -125,8 +169,11 @@ class ListBuilder:
         *,
         moved: NDArray[np.float64] | None = None,
         alone: NDArray[np.bool_] | None = None,
+        weight: NDArray[np.float32] | None = None,
     ) -> None:
         """Count one visibility sample of every pixel.
+
+        With sheer layers, it is called for each layer's strays: `add_none` counts the sample.
 
         Args:
             pixel: (N,) the pixels, row by row from the bottom, of which it is a stray.
@@ -140,8 +187,9 @@ class ListBuilder:
                 strays.
             alone: (N,) which of them are to be shaded for their own pixel, by samples of that
                 pixel's cell. Some that are on the pixel's own surface may be among them.
+            weight: (N, 3) the share of their light that reaches the viewer, with sheer layers.
         """
-        self._visibility += 1
+        self._visibility += weight is None
         sample = np.full(len(pixel), -1, dtype=np.int64)
         if moved is not None:
             near = self._cells(moved)
@@ -161,6 +209,8 @@ class ListBuilder:
             kept = alone & same_surface(place, facing, position, normal)
             self._hits.add(OwnHits(sample[kept], position[kept], normal[kept], triangle[kept]))
         self._new.append(pixel << 32 | sample)
+        if weight is not None:
+            self._new_weights.append(weight.astype(np.float64))
         if sum(len(keys) for keys in self._new) > _COUNT_TOGETHER:
             self._count_together()
 
@@ -168,9 +218,16 @@ class ListBuilder:
         """Count one visibility sample that is no pixel's stray."""
         self._visibility += 1
 
-    def finish(self) -> PixelLists:
-        """The lists of what was added so far."""
+    def finish(self, own_light: Sequence[NDArray[np.float32]] = ()) -> PixelLists:
+        """The lists of what was added so far.
+
+        Args:
+            own_light: (H, W, 3) each, with sheer layers: the sum of what reached the viewer from
+                the pixels' own samples, of what is opaque and of the layers.
+        """
         self._count_together()
+        if self._is_tinted:
+            return self._tinted_lists(own_light)
         pixel, sample, hits = self._keys >> 32, self._keys & _LOW, self._times
         # What came back to its own pixel's sample is no stray.
         is_stray = pixel != sample
@@ -185,14 +242,37 @@ class ListBuilder:
         order = np.argsort(pixel, kind="stable")
         lengths = np.zeros(self._pixels, dtype=np.int64)
         lengths[listed] = times + kept
+        weight = (count[order] / max(self._visibility, 1)).astype(np.float32)
+        return self._lists(lengths, sample[order], weight)
+
+    def _tinted_lists(self, own_light: Sequence[NDArray[np.float32]]) -> PixelLists:
+        keys, weights = [self._keys], [self._weights]
+        for slot, share in zip(self._slots, own_light, strict=True):
+            pixel = np.flatnonzero(slot >= 0)
+            keys.append(pixel << 32 | slot[pixel])
+            weights.append(share.reshape(-1, 3)[pixel].astype(np.float64))
+        key, weight = _summed(np.concatenate(keys), np.concatenate(weights))
+        weight /= max(self._visibility, 1)
+        pixel, sample = key >> 32, key & _LOW
+        # What lies behind something opaque is not seen; and of what is seen whole there is no list.
+        lengths = np.bincount(pixel[weight.any(axis=1)], minlength=self._pixels)
+        whole = (lengths[pixel] == 1) & (pixel == sample) & (weight == 1.0).all(axis=1)
+        used = weight.any(axis=1) & ~whole
+        lengths = np.bincount(pixel[used], minlength=self._pixels)
+        return self._lists(lengths, sample[used], weight[used].astype(np.float32))
+
+    def _lists(
+        self, lengths: NDArray[np.int64], sample: NDArray[np.int64], weight: NDArray[np.float32]
+    ) -> PixelLists:
+        """Lists of these lengths, one pixel's after another's."""
         extra = slice(self._pixels, self._count)
         return PixelLists(
             height=self._height,
             width=self._width,
             first=np.cumsum(lengths) - lengths,
             count=lengths,
-            sample=sample[order],
-            weight=(count[order] / max(self._visibility, 1)).astype(np.float32),
+            sample=sample,
+            weight=weight,
             cell=self._cell[extra].copy(),
             position=self._position[extra].copy(),
             normal=self._normal[extra].copy(),
@@ -207,6 +287,13 @@ class ListBuilder:
         return np.asarray(row * self._width + column, dtype=np.int64)
 
     def _count_together(self) -> None:
+        if self._is_tinted:
+            self._keys, self._weights = _summed(
+                np.concatenate([self._keys, *self._new]),
+                np.concatenate([self._weights, *self._new_weights]),
+            )
+            self._new, self._new_weights = [], []
+            return
         keys, where = np.unique(np.concatenate([self._keys, *self._new]), return_inverse=True)
         ones = np.ones(len(where) - len(self._times), dtype=np.int64)
         times = np.bincount(where, np.concatenate([self._times, ones]), len(keys))
@@ -281,3 +368,12 @@ class ListBuilder:
         self._next[last] = number
         self._crowd[cell] += 1
         return number
+
+
+def _summed(
+    keys: NDArray[np.int64], weights: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Each key once, in ascending order, with the sum of its weights (N, 3)."""
+    unique, where = np.unique(keys, return_inverse=True)
+    sums = [np.bincount(where, weights[:, channel], len(unique)) for channel in range(3)]
+    return unique, np.stack(sums, axis=1)

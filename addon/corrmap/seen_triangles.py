@@ -9,7 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..glsl.shader import Texture, read_texture
-from .triangle_table import TABLE_WIDTH
+from .triangle_codes import TriangleCodes
+
+
+@dataclass(frozen=True)
+class RayHits:
+    """Where the rays of N pixels, row by row, met the triangles.
+
+    Attributes:
+        triangle: (N,) int32 which by its number in the geometry, -1 for none.
+        place: (3, N) float64 where, local space; anywhere for none.
+    """
+
+    triangle: NDArray[np.int32]
+    place: NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -18,20 +31,17 @@ class SeenTriangles:
 
     Attributes:
         texture: RG32F, as `VisibleSurface.triangles`.
-        scene_triangle: (T,) the geometry's own number by that of the `GeometryBuffer`.
+        codes: what these stand for.
+        hits: the same and more, where it was found by rays: then nothing has to be read back.
     """
 
     texture: Texture
-    scene_triangle: NDArray[np.int64]
+    codes: TriangleCodes
+    hits: RayHits | None = None
 
     def read(self) -> NDArray[np.int64]:
         """(H, W) each pixel's triangle by its number in the geometry, -1 for nothing."""
-        number = triangle_numbers(self.texture)
-        return np.where(number >= 0, self.scene_triangle[number], -1)
-
-
-def triangle_numbers(texture: Texture) -> NDArray[np.int64]:
-    """(H, W) what is drawn as `VisibleSurface.triangles`: numbers in the `GeometryBuffer`, -1 for
-    nothing."""
-    high, low = np.moveaxis(read_texture(texture).astype(np.int64), -1, 0)
-    return np.asarray(np.where(high > 0, (high - 1) * TABLE_WIDTH + low, -1))
+        if self.hits is not None:
+            found = self.hits.triangle.reshape(self.texture.height, self.texture.width)
+            return found.astype(np.int64)
+        return self.codes.decode(read_texture(self.texture))

@@ -20,8 +20,8 @@ from ..glsl.shader import (
     texture_2d,
 )
 from ..scene.octahedral import GLSL as OCTAHEDRAL_GLSL
-from .corner_normal_table import CORNER_SAMPLERS
 from .geometry_buffer import GeometryBuffer
+from .seen_triangle import seen_textures, with_seen_triangle
 from .surface_layout import SurfaceLayout
 
 if TYPE_CHECKING:
@@ -30,13 +30,11 @@ if TYPE_CHECKING:
 _PASS = PassShader(
     name="shading_normal",
     fragment="shading_normal",
-    generated=OCTAHEDRAL_GLSL + source("lib/corner_normal.glsl"),
+    generated=OCTAHEDRAL_GLSL + source("lib/seen_corners.glsl") + source("lib/corner_normal.glsl"),
     samplers=(
         ("visible_position", "FLOAT_2D"),
         ("visible_normal", "FLOAT_2D"),
         ("visible_triangle", "FLOAT_2D"),
-        ("triangle_plane", "FLOAT_2D"),
-        *CORNER_SAMPLERS,
     ),
     outputs=(("VEC4", "visible_shading_normal"),),
 )
@@ -54,18 +52,20 @@ class ShadingNormalPass:
 
     def draw(self, visible: VisibleSurface) -> Texture:
         """RGBA32F, xyz the unit normals on the viewer's side of the surface; 0 for nothing."""
-        corners = self._geometry.corner_normals
-        if corners is None:
-            raise ValueError("the geometry has no corner normals")
+        if visible.shading_normal is not None:
+            return visible.shading_normal
+        geometry = self._geometry
+        textures = seen_textures(geometry, corners=True)
+        has_copies = geometry.copies is not None
         normals = texture_2d(visible.position.width, visible.position.height)
-        _PASS.build().draw_fullscreen(
+        description = with_seen_triangle(_PASS, has_copies, corners=True)
+        description.build().draw_fullscreen(
             framebuffer([normals]),
             {
                 "visible_position": visible.position,
                 "visible_normal": visible.normal,
                 "visible_triangle": visible.triangles,
-                "triangle_plane": self._geometry.table.plane,
-                **corners.textures(),
+                **textures,
             },
             {},
         )

@@ -34,8 +34,9 @@ from .geometry_buffer import GeometryBuffer
 from .mean_surface import MeanPass
 from .own_hits import OWN_HIT_DEFINES, OWN_HIT_SAMPLERS
 from .pixel_list_pass import PAIR_SAMPLERS, PixelListPass, PixelListTextures, pair_textures
-from .pixel_lists import ListBuilder, PixelLists
+from .pixel_lists import ListBuilder, PixelLists, SeenPicture
 from .same_surface import SAME_SURFACE_DEFINES
+from .seen_triangle import seen_textures, with_seen_triangle
 from .surface_buffer import SurfaceBuffer
 from .tile_pages import TilePages
 from .view_looks import ViewLooks
@@ -89,10 +90,21 @@ _OWN_HITS = replace(
     defines=(*_HITS.defines, *OWN_HIT_DEFINES),
     samplers=(*_HITS.samplers, *OWN_HIT_SAMPLERS),
 )
+
+
+def _of_layer(description: PassShader) -> PassShader:
+    """The pass for hits of a sheer layer, which leaves all but the samples on it as they are."""
+    return replace(
+        description,
+        name=f"{description.name}_layer",
+        defines=(*description.defines, ("OF_LAYER", "1")),
+    )
+
+
 _OBJECTS = PassShader(
     name="sample_objects",
     fragment="sample_objects",
-    samplers=(("surface_triangle", "FLOAT_2D"), ("triangle_ids", "FLOAT_2D")),
+    samplers=(("surface_triangle", "FLOAT_2D"),),
     outputs=(("FLOAT", "surface_object"),),
 )
 
@@ -100,9 +112,9 @@ _OBJECTS = PassShader(
 def objects_of(geometry: GeometryBuffer, triangles: Texture) -> Texture:
     """`SurfaceBuffer.objects`, by `VisibleSurface.triangles` of the same."""
     objects = texture_2d(triangles.width, triangles.height, "R32F")
-    _OBJECTS.build().draw_fullscreen(
+    with_seen_triangle(_OBJECTS, geometry.copies is not None, ids=True).build().draw_fullscreen(
         framebuffer([objects]),
-        {"surface_triangle": triangles, "triangle_ids": geometry.table.ids},
+        {"surface_triangle": triangles, **seen_textures(geometry, ids=True)},
         {},
     )
     return objects
@@ -169,15 +181,20 @@ class ShadingSamples:
             normal = read_texture(self._own.normal)[..., :3]
             position = read_texture(self._own.position)
             most = min(_MOST, position.shape[1] * max_texture_width())
-            self._builder = ListBuilder(position, normal, most)
-            # The centres hit their own samples.
-            self._builder.add_none()
+            self._builder = ListBuilder(position, normal, most, self._layers(self._own))
+            if self._is_layered:
+                self._pass.add_layered(self._builder, self._own, 0)
+            else:
+                # The centres hit their own samples.
+                self._builder.add_none()
         elif self._lists is None:
             k, full = self._builder.visibility, self._builder.entries > _MOST_ENTRIES
             if k < self._visibility and not full:
-                self._pass.add(self._builder, self._own, k)
+                add = self._pass.add_layered if self._is_layered else self._pass.add
+                add(self._builder, self._own, k)
             else:
-                self._lists = PixelListTextures(self._builder.finish())
+                kept = self._pass.kept if self._is_layered else ()
+                self._lists = PixelListTextures(self._builder.finish(kept))
                 self._own = self._with_further(self._own, self._lists.lists)
         elif self._gathered < self._gather_count:
             self._gather_next()
@@ -215,6 +232,24 @@ class ShadingSamples:
         return surface
 
     # Inside -------------------------------------------------------------------------------
+
+    @property
+    def _is_layered(self) -> bool:
+        """Whether the scene has anything sheer."""
+        return self._geometry.has_sheer
+
+    def _layers(self, own: VisibleSurface) -> list[SeenPicture] | None:
+        """What the pixels' middles see of sheer layers, for the lists."""
+        if not self._is_layered:
+            return None
+        return [
+            (
+                read_texture(layer.position),
+                read_texture(layer.normal)[..., :3],
+                read_texture(layer.triangles),
+            )
+            for layer in own.before
+        ]
 
     @cached_property
     def _pass(self) -> PixelListPass:
@@ -260,17 +295,19 @@ class ShadingSamples:
         size = (own.position.width, own.position.height)
         targets = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
         height = self._lists.lists.height
-        (_OWN_HITS if self._hit_textures else _HITS).build().draw_fullscreen(
-            framebuffer(targets),
-            {
-                **pair_textures(own, hits),
-                "sample_triangle": own.triangles,
-                "visible_triangle": hits.triangles,
-                "sample_cell": self._cells,
-                **self._hit_textures,
-            },
-            {"hits": {"offset": self._looks.offset(k), "height": height, "number": k}},
-        )
+        described = _OWN_HITS if self._hit_textures else _HITS
+        for number, hit in enumerate((hits, *hits.before)):
+            (_of_layer(described) if number else described).build().draw_fullscreen(
+                framebuffer(targets),
+                {
+                    **pair_textures(own, hit),
+                    "sample_triangle": own.triangles,
+                    "visible_triangle": hit.triangles,
+                    "sample_cell": self._cells,
+                    **self._hit_textures,
+                },
+                {"hits": {"offset": self._looks.offset(k), "height": height, "number": k}},
+            )
         position, normal, triangles = targets
         return replace(own, position=position, normal=normal, triangles=triangles)
 

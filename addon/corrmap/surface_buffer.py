@@ -43,6 +43,10 @@ class SurfaceBuffer:
         triangles: which triangles are seen; None where that is not known.
         bend: by how much the mesh's normals turn there; None where all faces are flat, or none has
             highlights.
+        through: RGBA32F, the share of its light that sheer layers before it let through; None for
+            all.
+        before: these layers, nearest first.
+        is_layer: whether it is one of them.
         shading_normal: xyz unit, as the mesh interpolates it, on the facet's side that faces the
             viewer; None where nobody needed it.
     """
@@ -62,6 +66,9 @@ class SurfaceBuffer:
     triangles: SeenTriangles | None = None
     bend: NormalBend | None = None
     shading_normal: Texture | None = None
+    through: Texture | None = None
+    before: tuple[SurfaceBuffer, ...] = ()
+    is_layer: bool = False
 
     def textures(self) -> dict[str, Texture]:
         """The textures by the names in `SurfaceLayout.samplers`."""

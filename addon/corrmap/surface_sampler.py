@@ -180,6 +180,8 @@ class SurfaceSampler:
         column = np.array(
             [number.get(name, unknown) for name in geometry.material_names], dtype=np.int32
         )
+        # What the cache does not know is of one number: a mask would be that of all of it.
+        masked = column < unknown if np.count_nonzero(column == unknown) > 1 else column >= 0
         self._geometry = replace(
             geometry,
             material_id=column[geometry.material_id],
@@ -187,6 +189,16 @@ class SurfaceSampler:
             cutouts=tuple(
                 replace(cutout, material_id=int(column[cutout.material_id]))
                 for cutout in geometry.cutouts
+                if masked[cutout.material_id]
+            ),
+            sheers=tuple(
+                replace(sheer, material_id=int(column[sheer.material_id]))
+                for sheer in geometry.sheers
+                if masked[sheer.material_id]
+            ),
+            copies=tuple(
+                replace(copies, material_id=column[copies.material_id])
+                for copies in geometry.copies
             ),
         )
         self._buffer = self._local_scene = self._by_ray = None
@@ -225,6 +237,7 @@ class SurfaceSampler:
             InputError: they do not fit the GPU; or a framebuffer has to be read again, and is
                 damaged.
         """
+        framebuffers = [picture for each in framebuffers for picture in each.pictures]
         if not self._pages.set_added(framebuffers):
             every = [*self._framebuffers, *framebuffers]
             self._pages = upload_tiles(every, self._plan, self._cache_budget, drop=self._drop)
@@ -283,10 +296,16 @@ class SurfaceSampler:
             surface = self._gathered(index, self._view, with_objects)
         elif with_objects and surface.objects is None:
             # Of the triangles that are seen there, rasterized or not.
-            assert surface.triangles is not None
-            objects = objects_of(self.geometry_buffer, surface.triangles.texture)
-            surface = self._samples[index] = replace(surface, objects=objects)
+            surface = self._samples[index] = self._with_objects(surface)
         return self._laid_out(surface)
+
+    def _with_objects(self, surface: SurfaceBuffer) -> SurfaceBuffer:
+        assert surface.triangles is not None
+        return replace(
+            surface,
+            objects=objects_of(self.geometry_buffer, surface.triangles.texture),
+            before=tuple(self._with_objects(layer) for layer in surface.before),
+        )
 
     def find_shading_samples(self, visibility: int) -> bool:
         """Do the next step towards the current view's shading samples; False when there is none.
@@ -319,8 +338,8 @@ class SurfaceSampler:
         """Those of the scene, found once for the triangles as they are numbered."""
         if self._bent is None or self._bent[0] is not buffer:
             table = read_texture(self._pages.material_table)
-            layout, order = self._pages.surface_layout, buffer.scene_triangle
-            self._bent = buffer, BentSurfaces.of(self._geometry, order, layout, table)
+            layout = self._pages.surface_layout
+            self._bent = buffer, BentSurfaces.of(self._geometry, buffer.codes, layout, table)
         return self._bent[1]
 
     @property
@@ -348,26 +367,40 @@ class SurfaceSampler:
         """The same, read as the edits say."""
         if self._layout is self._pages.surface_layout:
             return surface
-        return replace(surface, material_table=self._material_table, layout=self._layout)
+        return replace(
+            surface,
+            material_table=self._material_table,
+            layout=self._layout,
+            before=tuple(self._laid_out(layer) for layer in surface.before),
+        )
 
     def _gathered(self, index: int, view: View, with_objects: bool) -> SurfaceBuffer:
         """A sample as the cache has it, kept if there is room."""
         visible = self._visible(index, view, with_objects)
-        correspondence = self._correspondence_pass.draw(visible)
-        if self._pages.is_paged:
-            self._pages.bring(correspondence.read())
-        surface = self._gather_pass.draw(visible, correspondence)
+        surface, correspondence = self._read(visible)
+        if visible.before:
+            layers = (self._read(layer)[0] for layer in visible.before)
+            before = tuple(replace(layer, is_layer=True) for layer in layers)
+            surface = replace(surface, before=before)
         if index == 0:
             self._correspondence = correspondence
         # Position, normals, how these turn, values, and the correspondence map once.
         more = (surface.bend is not None) + (surface.shading_normal is not None)
         textures = 3 + more + self.layout.texture_count
-        pixels = view.width * view.height * len(self._samples)
+        pixels = view.width * view.height * len(self._samples) * (1 + len(surface.before))
         numbers = _BYTES_PER_RG32F + with_objects * _BYTES_PER_R32F
         kept = pixels * (textures * _BYTES_PER_RGBA32F + numbers)
         if kept < self._memory_budget:
             self._samples[index] = surface
         return surface
+
+    def _read(self, visible: VisibleSurface) -> tuple[SurfaceBuffer, CorrespondenceMap]:
+        """What the cache says of what is seen."""
+        correspondence = self._correspondence_pass.draw(visible)
+        if self._pages.is_paged:
+            self._pages.bring(correspondence.read())
+        surface = self._gather_pass.draw(visible, correspondence)
+        return replace(surface, through=visible.through), correspondence
 
     def _visible(self, index: int, view: View, with_objects: bool) -> VisibleSurface:
         """What a sample sees. The first picture of a view, which stays for a moment, need not be
@@ -375,7 +408,12 @@ class SurfaceSampler:
         sample = self.looks.sample(index)
         if index == 0 and sample.moved is None and self._by_ray is not None:
             seen = self._visible_pass.draw_traced(
-                sample.view, sample.offset, self._by_ray, with_objects=with_objects
+                sample.view,
+                sample.offset,
+                self._by_ray,
+                with_objects=with_objects,
+                normals=self._gather_pass.has_normals,
+                bends=self._gather_pass.has_bends,
             )
             if seen is not None:
                 return replace(seen, eye=local_eye(view, self._visible_pass.origin))
@@ -395,12 +433,16 @@ class SurfaceSampler:
         return ConfidencePass(self._pages, surface.origin).draw(self._view, surface, found)
 
     def hole_points(self) -> HolePoints:
-        """What the view sees at its pixels' centres, and where the cache does not show it."""
+        """What the view sees at its pixels' centres, sheer layers too, and where the cache does
+        not show it."""
         surface = self.sample(0)
-        position = read_texture(surface.position).astype(np.float64)
-        hit = position[..., 3] > 0.0
-        origin = read_texture(surface.geometric_normal)[..., 3][hit]
-        return HolePoints(position[hit][:, :3] + surface.origin, origin <= 0.0)
+        places, holes = [], []
+        for each in (surface, *surface.before):
+            position = read_texture(each.position).astype(np.float64)
+            hit = position[..., 3] > 0.0
+            places.append(position[hit][:, :3] + surface.origin)
+            holes.append(read_texture(each.geometric_normal)[..., 3][hit] <= 0.0)
+        return HolePoints(np.concatenate(places), np.concatenate(holes))
 
     def coverage(self) -> Coverage:
         """Holes at the pixels' centres."""
@@ -421,7 +463,9 @@ class SurfaceSampler:
 
     def _build(self, view: View) -> None:
         # Local space has its origin at the view, where precision matters most.
-        self._buffer = GeometryBuffer(self._geometry, view.origin)
+        copies = None if self._buffer is None else self._buffer.copies
+        meshes = None if copies is None else copies.meshes
+        self._buffer = GeometryBuffer(self._geometry, view.origin, meshes)
         self._local_scene = self._by_ray = self._bent = None
         self._visible_pass = VisibleSurfacePass(self._buffer)
         self._search(self._buffer)

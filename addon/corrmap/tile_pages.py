@@ -381,7 +381,7 @@ def upload_tiles(
 
 def _read(framebuffers: Sequence[DeepFramebuffer], progress: Progress) -> Iterator[DeepFramebuffer]:
     for index in range(len(framebuffers)):
-        progress(index / len(framebuffers), f"Reading camera {index + 1} of {len(framebuffers)}")
+        progress(index / len(framebuffers), f"Reading picture {index + 1} of {len(framebuffers)}")
         yield framebuffers[index]
 
 

@@ -8,11 +8,9 @@ for every pixel, on all cores, and is there already where shadows are traced.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..camplace.embree_mesh import CHUNK, EmbreeMesh
 from ..camplace.parallel import in_parts
@@ -21,7 +19,7 @@ from ..scene.view import View
 from .geometry_buffer import GeometryBuffer
 from .local_scene import LocalScene
 from .pixel_rays import clip_range
-from .triangle_table import TABLE_WIDTH
+from .seen_triangles import RayHits
 
 # With fewer triangles the rasterizer is as fast: it takes 0.08 microseconds for one, and a ray 0.1
 # on two cores, of which 640x480 pixels need 300,000.
@@ -35,10 +33,12 @@ class TracedTriangles:
     Attributes:
         triangles: RG32F, as `VisibleSurface.triangles`.
         depth: R32F, metres along the camera's axis.
+        hits: the same for the processor.
     """
 
     triangles: Texture
     depth: Texture
+    hits: RayHits
 
 
 class TrianglesByRay:
@@ -63,6 +63,7 @@ class TrianglesByRay:
         self._scene = scene
         slow = draws_in_software() if software is None else software
         self._pays = slow and geometry.triangle_count >= least and not geometry.has_cutouts
+        self._pays = self._pays and not geometry.has_sheer
         self._mesh: EmbreeMesh | None = None
 
     @property
@@ -94,6 +95,8 @@ class TrianglesByRay:
         count = view.width * view.height
         triangles = np.empty((count, 2), dtype=np.float32)
         depth = np.empty(count, dtype=np.float32)
+        codes = self._geometry.codes
+        met, place = np.empty(count, dtype=np.int32), np.empty((3, count))
 
         def look(part: slice) -> None:
             row, column = np.divmod(np.arange(part.start, part.stop, dtype=np.int32), view.width)
@@ -104,26 +107,16 @@ class TrianglesByRay:
                 direction[axis] = d[0] + x * d[1] + y * d[2]
                 start[axis] = o[0] + x * o[1] + y * o[2] + first * direction[axis]
             hit, along = mesh.first(start.T, direction.T, reach)
-            number = self._number.take(hit)
-            number[hit < 0] = -TABLE_WIDTH
-            triangles[part, 0] = (number >> _BITS) + 1
-            triangles[part, 1] = number & (TABLE_WIDTH - 1)
+            triangles[part] = codes.encode(hit)
             depth[part] = first + along
+            met[part] = hit
+            for axis in range(3):
+                place[axis, part] = start[axis] + along * direction[axis]
 
         in_parts(look, count, CHUNK)
         shape = (view.height, view.width)
         return TracedTriangles(
             texture_from_array(triangles.reshape(*shape, 2), "RG32F"),
             texture_from_array(depth.reshape(*shape, 1), "R32F"),
+            RayHits(met, place),
         )
-
-    @cached_property
-    def _number(self) -> NDArray[np.int32]:
-        """(T,) the number in the `GeometryBuffer` by that in the geometry."""
-        order = self._geometry.scene_triangle
-        number = np.empty(len(order), dtype=np.int32)
-        number[order] = np.arange(len(order), dtype=np.int32)
-        return number
-
-
-_BITS = TABLE_WIDTH.bit_length() - 1

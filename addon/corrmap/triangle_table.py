@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..glsl.shader import Samplers, Texture, texture_from_array
 from ..scene.geometry import PART, SceneGeometry
 
-# Texels in a row of the tables; also in `triangle_table.glsl`.
+# Texels in a row of the tables; also in the shaders.
 TABLE_WIDTH = 4096
 
 TABLE_SAMPLERS: Samplers = (("triangle_plane", "FLOAT_2D"), ("triangle_ids", "FLOAT_2D"))
@@ -45,7 +45,7 @@ class TriangleTable:
         for start in range(0, count, PART):
             end = min(start + PART, count)
             some = order[start:end]
-            normal = geometry.normal[some]
+            normal = geometry.normal_of(some)
             corner = geometry.vertices[geometry.triangles[some, 0]] - origin
             plane[start:end, :3] = normal
             plane[start:end, 3] = np.einsum("tx,tx->t", normal, corner)

@@ -23,8 +23,9 @@ from ..scene.view import View
 from .pixel_filter import pixel_offsets
 from .visible_surface import VisibleSurface, VisibleSurfacePass, local_eye
 
-# Lens and time step by their own sequence (see `pixel_filter.SAMPLE_GENERATOR`), of three
-# dimensions: the root of x^4 = x + 1.
+# Lens and time step by the R_d sequence (M. Roberts, "The Unreasonable Effectiveness of Quasirandom
+# Sequences", 2018) of three dimensions: the root of x^4 = x + 1. In the pixel, samples are Sobol's
+# points, so that the two never run in step.
 _ROOT = 1.2207440846057596
 _GENERATOR = _ROOT ** -np.arange(1.0, 4.0)
 
@@ -102,4 +103,6 @@ def draw_visibility_sample(
     """What a sample sees, its positions as the geometry has them, and to be shaded as seen from
     `view`, the reference."""
     drawn = surfaces.draw(sample.view, sample.offset, with_objects=with_objects, moved=sample.moved)
-    return replace(drawn, eye=local_eye(view, surfaces.origin))
+    eye = local_eye(view, surfaces.origin)
+    before = tuple(replace(layer, eye=eye) for layer in drawn.before)
+    return replace(drawn, eye=eye, before=before)

@@ -13,20 +13,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import PassShader, Texture, framebuffer, texture_2d
+from ..glsl.shader import GlslType, PassShader, Texture, framebuffer, source, texture_2d
+from ..scene.octahedral import GLSL as OCTAHEDRAL_GLSL
 from ..scene.view import View
-from .geometry_buffer import GeometryBuffer, build_raster_program
+from .geometry_buffer import GeometryBuffer
+from .pixel_bend import BEND_GLSL, BEND_LIBRARY, LOOK_BLOCK, look_uniforms
 from .pixel_rays import RAY_BLOCK, clip_range, pixel_rays
 from .pose_table import POSE_SAMPLERS, upload_poses
-from .seen_triangles import SeenTriangles, triangle_numbers
+from .raster_program import build_raster_program
+from .seen_triangle import seen_textures, with_seen_triangle
+from .seen_triangles import RayHits, SeenTriangles
+from .sheer_layers import SheerLayersPass
 from .traced_triangles import TrianglesByRay
-from .triangle_table import TABLE_SAMPLERS
+from .triangle_codes import TriangleCodes
 
 # First which triangle each pixel sees, then its surface: what lies hidden costs no more than a
 # number, and nothing but positions has to pass through the vertex stage.
 _TRIANGLE_PASS = PassShader(
     name="visible_triangle",
     fragment="visible_triangle",
+    library=("view_depth",),
     blocks=(RAY_BLOCK,),
     outputs=(("VEC2", "visible_triangle"),),
     writes_depth=True,
@@ -34,7 +40,7 @@ _TRIANGLE_PASS = PassShader(
 _EXACT_TRIANGLE_PASS = replace(
     _TRIANGLE_PASS,
     name="visible_triangle_exact",
-    library=("pixel_ray",),
+    library=("pixel_ray", "view_depth"),
     defines=(("EXACT_DEPTH", "1"),),
 )
 _PASS = PassShader(
@@ -45,7 +51,6 @@ _PASS = PassShader(
     samplers=(
         ("visible_triangle", "FLOAT_2D"),
         ("visible_depth", "DEPTH_2D"),
-        *TABLE_SAMPLERS,
     ),
     outputs=(("VEC4", "visible_position"), ("VEC4", "visible_normal")),
 )
@@ -55,7 +60,6 @@ _TRACED_PASS = replace(
     samplers=(
         ("visible_triangle", "FLOAT_2D"),
         ("visible_depth", "FLOAT_2D"),
-        *TABLE_SAMPLERS,
     ),
     defines=(("HAS_TRACED_DEPTH", "1"),),
 )
@@ -75,12 +79,17 @@ class VisibleSurface:
         normal: RGBA32F, xyz unit geometric normal that faces the viewer.
         eye: (4,) float64: the camera's local place with w = 1, or for a parallel projection
             the unit direction toward the camera with w = 0.
-        triangles: RG32F, of the triangle's number n in the `GeometryBuffer`, 1 + n / 4096 rounded
-            down and the rest, 0 and 0 for nothing.
+        triangles: RG32F, `TriangleCodes`.
         objects: R32F, 1 + object id (exact: fewer than 2^24), 0 for nothing; if asked for.
-        scene_triangle: `GeometryBuffer.scene_triangle`.
+        codes: what these stand for, if that is known.
         pixel: width of a pixel in metres, 1 m from the eye or of a parallel projection; 0 where
             that is not known.
+        hits: where it was found by rays.
+        through: RGBA32F, the share of its light that sheer layers before it let through; None for
+            all.
+        before: these layers, nearest first.
+        shading_normal: as `ShadingNormalPass.draw`, where it was found along with the rest.
+        bend: as `NormalBend.texture` for one sample, likewise.
     """
 
     position: Texture
@@ -88,21 +97,31 @@ class VisibleSurface:
     eye: NDArray[np.float64]
     triangles: Texture
     objects: Texture | None = None
-    scene_triangle: NDArray[np.int64] | None = None
+    codes: TriangleCodes | None = None
     pixel: float = 0.0
+    hits: RayHits | None = None
+    through: Texture | None = None
+    before: tuple[VisibleSurface, ...] = ()
+    shading_normal: Texture | None = None
+    bend: Texture | None = None
 
-    def triangle_numbers(self) -> NDArray[np.int64]:
-        """(H, W) each pixel's triangle by its number in the `GeometryBuffer`, -1 for nothing;
-        `GeometryBuffer.scene_triangle` has the geometry's own number."""
-        return triangle_numbers(self.triangles)
+    def scene_triangles(self) -> NDArray[np.int64]:
+        """(H, W) the scene's triangle that each pixel sees, -1 for nothing.
+
+        Raises:
+            ValueError: it is not known what their codes stand for.
+        """
+        if self.seen_triangles is None:
+            raise ValueError("these triangles are of no known scene")
+        return self.seen_triangles.read()
 
     @property
     def seen_triangles(self) -> SeenTriangles | None:
         """The triangles for `SurfaceBuffer`; None where it is not known what they are a number
         of."""
-        if self.scene_triangle is None:
+        if self.codes is None:
             return None
-        return SeenTriangles(self.triangles, self.scene_triangle)
+        return SeenTriangles(self.triangles, self.codes, self.hits)
 
 
 class VisibleSurfacePass:
@@ -110,6 +129,7 @@ class VisibleSurfacePass:
 
     def __init__(self, geometry: GeometryBuffer) -> None:
         self._geometry = geometry
+        self._sheer = SheerLayersPass(geometry) if geometry.has_sheer else None
 
     def draw(
         self,
@@ -135,17 +155,26 @@ class VisibleSurfacePass:
             numbers_triangles=True,
             reads_planes=exact,
             has_poses=moved is not None,
+            with_copies=geometry.copies is not None,
         )
         poses = {} if moved is None else {"pose_table": upload_poses(moved, geometry.origin)}
         rays = pixel_rays(view, geometry.origin, geometry.bounds, offset)
+        matrix = clip_from_local(view, geometry.origin, offset)
         with target.bind():
             target.clear(color=(0.0, 0.0, 0.0, 0.0), depth=1.0)
-            matrix = clip_from_local(view, geometry.origin, offset)
             geometry.draw(program, matrix, "camera", poses, {"ray": rays})
         resolve = _PASS if moved is None else _with_poses(_PASS)
-        return self._resolve(
-            resolve, view, rays, (triangles, depth), poses, with_objects=with_objects
-        )
+        seen = (triangles, depth)
+        drawn = self._resolve(resolve, view, rays, seen, poses, with_objects=with_objects)
+        if self._sheer is None:
+            return drawn
+        layers, through = self._sheer.peel(matrix, rays, depth, poses, exact=exact)
+        before = []
+        for layer in layers:
+            seen = (layer.triangles, layer.depth)
+            whole = self._resolve(resolve, view, rays, seen, poses, with_objects=with_objects)
+            before.append(replace(whole, through=layer.through))
+        return replace(drawn, through=through, before=tuple(before))
 
     def draw_traced(
         self,
@@ -154,15 +183,23 @@ class VisibleSurfacePass:
         by_ray: TrianglesByRay,
         *,
         with_objects: bool = False,
+        normals: bool = False,
+        bends: bool = False,
     ) -> VisibleSurface | None:
         """The same by rays, where that is faster and as exact: but for pixels at outlines all is
-        equal. None where it is not."""
+        equal. None where it is not.
+
+        With `normals` and `bends` it has its `shading_normal` and `bend`: what a triangle's corners
+        are is found once.
+        """
         if not by_ray.pays or self._needs_exact_depth(view):
             return None
         rays = pixel_rays(view, self._geometry.origin, self._geometry.bounds, offset)
         found = by_ray.find(view, rays)
         seen = (found.triangles, found.depth)
-        return self._resolve(_TRACED_PASS, view, rays, seen, {}, with_objects=with_objects)
+        resolve = _with_corners(_TRACED_PASS, normals=normals, bends=bends)
+        drawn = self._resolve(resolve, view, rays, seen, {}, with_objects=with_objects)
+        return replace(drawn, hits=found.hits)
 
     def _resolve(
         self,
@@ -176,18 +213,37 @@ class VisibleSurfacePass:
     ) -> VisibleSurface:
         """The surfaces of triangles that are seen, at depths."""
         geometry, size = self._geometry, (view.width, view.height)
-        position, normal = texture_2d(*size), texture_2d(*size)
-        objects = texture_2d(*size, "R32F") if with_objects else None
         triangles, depth = seen
-        tables = geometry.table.textures()
-        (resolve if objects is None else _with_objects(resolve)).build().draw_fullscreen(
-            framebuffer([position, normal] if objects is None else [position, normal, objects]),
-            {"visible_triangle": triangles, "visible_depth": depth, **tables, **poses},
-            {"ray": rays},
+        description = _with_objects(resolve) if with_objects else resolve
+        corners = ("HAS_CORNERS", "1") in description.defines
+        asked = {"plane": True, "ids": True, "corners": corners}
+        made = {
+            name: texture_2d(*size, "R32F" if kind == "FLOAT" else "RGBA32F")
+            for kind, name in description.outputs
+        }
+        eye, pixel = local_eye(view, geometry.origin), _pixel_width(view)
+        look = {"look": look_uniforms(eye, pixel)} if "normal_bend" in made else {}
+        has_copies = geometry.copies is not None
+        with_seen_triangle(description, has_copies, **asked).build().draw_fullscreen(
+            framebuffer(list(made.values())),
+            {
+                "visible_triangle": triangles,
+                "visible_depth": depth,
+                **seen_textures(geometry, **asked),
+                **poses,
+            },
+            {"ray": rays, **look},
         )
-        eye = local_eye(view, geometry.origin)
         return VisibleSurface(
-            position, normal, eye, triangles, objects, geometry.scene_triangle, _pixel_width(view)
+            made["visible_position"],
+            made["visible_normal"],
+            eye,
+            triangles,
+            made.get("visible_object"),
+            geometry.codes,
+            pixel,
+            shading_normal=made.get("visible_shading_normal"),
+            bend=made.get("normal_bend"),
         )
 
     @property
@@ -211,6 +267,29 @@ def _with_objects(description: PassShader) -> PassShader:
         name=f"{description.name}_object",
         outputs=(*description.outputs, ("FLOAT", "visible_object")),
         defines=(*description.defines, ("HAS_OBJECT_ID", "1")),
+    )
+
+
+def _with_corners(description: PassShader, *, normals: bool, bends: bool) -> PassShader:
+    """The pass that also finds normals for shading, and by how much they turn."""
+    if not (normals or bends):
+        return description
+    outputs: tuple[tuple[GlslType, str], ...] = (
+        *((("VEC4", "visible_shading_normal"),) if normals else ()),
+        *((("VEC4", "normal_bend"),) if bends else ()),
+    )
+    flags = {"HAS_CORNERS": True, "HAS_SHADING_NORMAL": normals, "HAS_BEND": bends}
+    return replace(
+        description,
+        name=f"{description.name}{'_normals' * normals}{'_bends' * bends}",
+        library=(*description.library, *(BEND_LIBRARY if bends else ())),
+        blocks=(*description.blocks, *((LOOK_BLOCK,) if bends else ())),
+        generated=OCTAHEDRAL_GLSL
+        + source("lib/seen_corners.glsl")
+        + (source("lib/corner_normal.glsl") if normals else "")
+        + (BEND_GLSL if bends else ""),
+        outputs=(*description.outputs, *outputs),
+        defines=(*description.defines, *((name, "1") for name, on in flags.items() if on)),
     )
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .texture_pool import TexturePool
 from .uniforms import UniformBlock
 
 _FOLDER = Path(__file__).parent
@@ -248,8 +249,14 @@ def texture_2d(width: int, height: int, texture_format: TextureFormat = "RGBA32F
             f"this GPU's pictures have at most {largest} pixels along a side, not "
             f"{width}x{height}; choose a smaller size"
         )
-    try:
+
+    def make() -> Any:
         return gpu.types.GPUTexture((width, height), format=texture_format)
+
+    try:
+        if _in_software():
+            return _pool.take(width, height, texture_format, make)
+        return make()
     except RuntimeError as error:
         raise InputError(
             f"the GPU has no room for a picture of {width}x{height}; choose a smaller size, or "
@@ -318,6 +325,15 @@ def max_textures() -> int:
 def draws_in_software() -> bool:
     """Whether what draws is no GPU but a program that stands for one."""
     return str(gpu.platform.device_type_get()) == "SOFTWARE"
+
+
+@cache
+def _in_software() -> bool:
+    return draws_in_software()
+
+
+_pool = TexturePool()
+atexit.register(_pool.clear)
 
 
 def framebuffer(color: Sequence[Any], depth: Any = None) -> Any:

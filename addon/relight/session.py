@@ -62,7 +62,7 @@ from .graph.frame_passes import (
     light_input,
     shadow_pass,
 )
-from .layers.fence import Fence
+from .layers.fence import Begun, Fence
 from .layers.layer_drawing import LayerDrawing
 from .layers.layer_stack import LayerStack, LightLayer
 from .layers.layer_stages import LayerStages
@@ -150,6 +150,7 @@ class RelightSession:
         self._graph = FrameGraph(frame_passes((), has_emission=self._has_emission))
         self._mix = LightMix()
         self._fence = Fence()
+        self._begun = Begun()
         self._stages = LayerStages(samples, self._textures_of, self._in_cells)
         self.compiling = ""
 
@@ -324,14 +325,30 @@ class RelightSession:
         if drawn is None:
             return False
         name, staged = drawn
-        self._fence.wait(staged.layer.textures[0])
-        took = time.perf_counter() - start
-        # A pass's first time is that of its shader's compilation.
-        if self._stages.is_preview(staged) and self._graph.seconds(name) is not None:
-            self._stages.preview_s = took
-        self._graph.ran(name, took, last=self._stages.finished(name))
+        begun = self._begun
+        begun.names.append(name)
+        begun.start = min(begun.start, start)
+        texture = staged.layer.textures[0]
+        is_first = self._stages.is_first_of_move(staged.stack)
+        if is_first and not self._stages.has_previews(self._lights.wanted):
+            # The next light's rays are traced while this one is shaded.
+            self._fence.begin()
+        else:
+            self._fence.wait(texture)
+            self._finish_begun(is_preview=self._stages.is_preview(staged))
         self._clean(name)
         return True
+
+    def _finish_begun(self, *, is_preview: bool) -> None:
+        """All that was begun is drawn: note how long each took, of those that overlapped the
+        mean."""
+        names, took = self._begun.names, self._begun.mean(time.perf_counter())
+        # A pass's first time is that of its shader's compilation.
+        if is_preview and all(self._graph.seconds(name) is not None for name in names):
+            self._stages.preview_s = took
+        for name in names:
+            self._graph.ran(name, took, last=self._stages.finished(name))
+        self._begun = Begun()
 
     def render(self, progress: Progress = silent) -> Picture:
         """All samples of the current view.
@@ -394,6 +411,7 @@ class RelightSession:
         excess = self._sampler.warnings
         if self._glowing is not None:
             excess = (*excess, *self._glowing.warnings)
+        excess = (*excess, *self._grey_shadows())
         if self._world_textures is None or "ambient_occlusion" in self._store.plan.stored:
             return excess
         missing = (
@@ -401,6 +419,17 @@ class RelightSession:
             "picture; bake it again for its occlusion"
         )
         return (*excess, missing)
+
+    def _grey_shadows(self) -> tuple[str, ...]:
+        """Says which materials' coloured shadows are shown without colour."""
+        maps = any(x.use_shadow and not self._shadow_settings.traces(x) for x in self._lights)
+        geometry = self._sampler.geometry
+        tinted = [geometry.material_names[x.material_id] for x in geometry.sheers if x.is_tinted]
+        if not (maps and tinted):
+            return ()
+        names = ", ".join(f"'{name}'" for name in tinted)
+        said = f"shadow maps show the shadows of tinted materials ({names}) grey"
+        return (f"{said}; choose traced shadows for their colour",)
 
     @property
     def cache_bytes(self) -> int:
@@ -449,6 +478,7 @@ class RelightSession:
 
     def _forget(self, dirty: Collection[str]) -> None:
         """Drop what dirty passes made."""
+        self._begun = Begun()
         if SURFACES in dirty and self._view is not None:
             self._drawing.forget_surfaces()
         for light in self._lights:
@@ -526,7 +556,8 @@ class RelightSession:
         def add_sample(name: str, layer: LightLayer, k: int) -> None:
             light = self._lights.of_layer(name)
             if light is not None:
-                self._drawing.light(light, layer, k, stack.count, stack.stride)
+                sparse = self._stages.is_first_of_move(stack)
+                self._drawing.light(light, layer, k, stack.count, stack.stride, sparse=sparse)
             elif name == EMISSION_LAYER:
                 self._drawing.emission(layer, k, stack.stride)
             else:

@@ -11,6 +11,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .mesh_copies import MeshCopies
+
 # Triangles worked on at a time: the corners and edges of all at once would take far more memory
 # than the scene, and pass through it instead of through the processor's cache.
 PART = 16384
@@ -18,6 +20,10 @@ PART = 16384
 
 # Blender's usual Shadow Terminator Geometry Offset of an object.
 TERMINATOR_OFFSET = 0.1
+
+
+# Transmissions of three colours that differ by less, two steps of a display, are of one.
+_GREY = 1.0 / 128.0
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,36 @@ class Cutout:
     material_id: int
     alpha: NDArray[np.float32]
     extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
+
+
+@dataclass(frozen=True)
+class Sheer:
+    """A material that lets part of the light pass straight through: a layer before what lies
+    behind it.
+
+    Attributes:
+        material_id: index into `SceneGeometry.material_names`.
+        transmission: (H, W, 3) float32 in [0, 1], scene-linear, row 0 at v = 0: the share of the
+            light that passes.
+        extension: what lies outside the unit square, in Blender's terms.
+        outside: (3,) float32: the transmission there, if it is CLIP.
+    """
+
+    material_id: int
+    transmission: NDArray[np.float32]
+    extension: Literal["REPEAT", "EXTEND", "CLIP", "MIRROR"]
+    outside: NDArray[np.float32]
+
+    @property
+    def is_tinted(self) -> bool:
+        """Whether it lets through some colours more than others, to be seen."""
+        return bool(np.ptp(self.transmission, axis=-1).max() > _GREY)
+
+    @property
+    def at_half(self) -> Cutout:
+        """The mask of those who know nothing in between: there where at most half passes."""
+        opaque = (1.0 - self.transmission.mean(axis=-1)).astype(np.float32)
+        return Cutout(self.material_id, opaque, self.extension)
 
 
 @dataclass(frozen=True)
@@ -53,6 +89,7 @@ class SceneGeometry:
         object_names: Blender's names.
         material_names: Blender's full names, which tell the libraries that they come from.
         cutouts: alpha masks, at most one for a material.
+        sheers: materials that light passes through in part; they have no alpha mask.
         warnings: one sentence for each thing left out or approximated.
         object_states: for each of `object_names` a digest of what its materials can read of it
             beside its triangles; none for arrays that were not read from Blender.
@@ -63,6 +100,8 @@ class SceneGeometry:
             shadow rays start above its smooth triangles; None for Blender's usual one.
         full_names: for each of `object_names` the full name of who instances it ("" where
             nobody does) and its own, libraries in them; none for arrays likewise.
+        copies: meshes that stand in it many times, of which each place's triangles are here too.
+            Whoever moves vertices or leaves out triangles leaves these out.
     """
 
     vertices: NDArray[np.float64]
@@ -76,14 +115,22 @@ class SceneGeometry:
     material_names: tuple[str, ...]
     uv: NDArray[np.float32] | None = None
     cutouts: tuple[Cutout, ...] = ()
+    sheers: tuple[Sheer, ...] = ()
     warnings: tuple[str, ...] = ()
     object_states: tuple[bytes, ...] = ()
     full_names: tuple[tuple[str, str], ...] = ()
     corner_normals: NDArray[np.uint16] | None = None
     terminator_offset: NDArray[np.float32] | None = None
+    copies: tuple[MeshCopies, ...] = ()
 
     def __len__(self) -> int:
         return len(self.triangles)
+
+    @cached_property
+    def is_sheer(self) -> NDArray[np.bool_]:
+        """(T,) which triangles let part of the light pass straight through."""
+        materials = [sheer.material_id for sheer in self.sheers]
+        return np.isin(self.material_id, materials)
 
     @cached_property
     def area(self) -> NDArray[np.float64]:

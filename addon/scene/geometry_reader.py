@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from .copies_finder import FlatTriangles, find_copies
 from .cutout_reader import CutoutSource, read_cutout_source
-from .geometry import Cutout, SceneGeometry
+from .geometry import Cutout, SceneGeometry, Sheer
 from .mesh_reader import MESH_TYPES, WEIGHT_NAME, MeshArrays, read_mesh
 from .octahedral import to_codes
 from .surface_state_reader import instance_state
@@ -246,6 +247,9 @@ def _clean(collector: _Collector) -> SceneGeometry:
     if any(name is not None for name in map_of_material):
         uv = np.concatenate([part.uv(map_of_material) for part in parts])[keep]
     corner_normals = _corner_normals(parts, vertices, triangles)
+    is_smooth = corner_normals is not None
+    copies = find_copies(parts, FlatTriangles(keep, material_id[keep], uv, is_smooth))
+    sheer = [i for i, source in enumerate(collector.cutouts) if source and source.is_sheer]
     object_weight = np.array([part.weight for part in parts])
     weight = object_weight[object_id] * np.array(collector.material_weights)[material_id]
     if any(part.mesh.weight is not None for part in parts):
@@ -264,13 +268,20 @@ def _clean(collector: _Collector) -> SceneGeometry:
         cutouts=tuple(
             Cutout(index, source.alpha, source.extension)
             for index, source in enumerate(collector.cutouts)
-            if source is not None and source.uv_map is not None
+            if source is not None and source.uv_map is not None and not source.is_sheer
+        ),
+        sheers=tuple(
+            Sheer(index, source.transmission, source.extension, source.outside)
+            for index, source in enumerate(collector.cutouts)
+            if source is not None and source.transmission is not None and source.outside is not None
         ),
         warnings=tuple(collector.warnings),
         object_states=tuple(part.state for part in parts),
         full_names=tuple(part.full_names for part in parts),
         corner_normals=None if corner_normals is None else corner_normals[keep],
         terminator_offset=np.array([part.terminator_offset for part in parts], dtype=np.float32),
+        # What light passes through in part is drawn one by one.
+        copies=tuple(c for c in copies if not np.isin(c.material_id, sheer).any()),
     )
 
 

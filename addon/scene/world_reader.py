@@ -56,14 +56,23 @@ def read_world(depsgraph: Any) -> World | None:
 
 
 def world_warnings(depsgraph: Any) -> tuple[str, ...]:
-    """A sentence for each thing about the scene's world that is not modelled, black or not."""
+    """A sentence for each thing about the scene's world, black or not, and its film that is not
+    modelled."""
+    # Cycles may be switched off; the evaluated scene need not hear of its settings.
+    cycles = getattr(depsgraph.scene, "cycles", None)
+    exposure = getattr(cycles, "film_exposure", 1.0)
+    film: tuple[str, ...] = ()
+    if exposure != 1.0:
+        film = (
+            f"Cycles' film exposure of {exposure:.4g} is not shown; use Color Management's instead",
+        )
     world = depsgraph.scene_eval.world
     if world is None or world.node_tree is None:
-        return ()
+        return film
     output = world.node_tree.get_output_node("CYCLES") or world.node_tree.get_output_node("ALL")
     if output is None or source_of(output.inputs["Volume"]) is None:
-        return ()
-    return (f"world '{world.name}': its volume is not shown",)
+        return film
+    return (*film, f"world '{world.name}': its volume is not shown")
 
 
 def world_fingerprint(scene: Any) -> str:

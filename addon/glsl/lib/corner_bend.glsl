@@ -21,16 +21,14 @@ vec2 in_deviations(vec3 to_b, vec3 to_c, vec3 way)
 }
 
 /* xyz is the direction in which normals vary most, as long as their standard deviation there, and w
- * that across it. `texel` is the triangle's in a CornerNormalTable, whose samplers,
- * octahedral_normal, frame_across and ellipse are needed. */
-vec4 corner_bend(ivec2 texel, vec3 p, vec3 u, vec3 v)
+ * that across it. frame_across and ellipse are needed. */
+vec4 corner_bend(SeenCorners of, vec3 p, vec3 u, vec3 v)
 {
-  vec4 ab = texelFetch(corner_normals_ab, texel, 0);
-  vec4 to_b = texelFetch(corner_share_b, texel, 0);
-  vec4 to_c = texelFetch(corner_share_c, texel, 0);
-  vec3 A = octahedral_normal(ab.xy);
-  vec3 B = octahedral_normal(ab.zw);
-  vec3 C = octahedral_normal(texelFetch(corner_normal_c, texel, 0).rg);
+  vec4 to_b = of.to_b;
+  vec4 to_c = of.to_c;
+  vec3 A = of.A;
+  vec3 B = of.B;
+  vec3 C = of.C;
   vec2 share = max(vec2(dot(to_b.xyz, p) + to_b.w, dot(to_c.xyz, p) + to_c.w), vec2(0.0));
   share /= max(share.x + share.y, 1.0);
   vec3 N = (1.0 - share.x - share.y) * A + share.x * B + share.y * C;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Alpha cut-outs: a fragment is there or it is not, the same rule as in the bake. */
 
-#ifdef HAS_CUTOUT
+#if defined(HAS_CUTOUT) || defined(HAS_SHEER)
 int wrapped_texel(int texel, int size, int extension)
 {
   if (extension == 0) { /* repeat */
@@ -13,7 +13,9 @@ int wrapped_texel(int texel, int size, int extension)
   }
   return clamp(texel, 0, size - 1);
 }
+#endif
 
+#ifdef HAS_CUTOUT
 float mask_texel(ivec2 texel)
 {
   ivec2 size = textureSize(cutout_alpha, 0);
@@ -38,6 +40,17 @@ float mask_alpha(vec2 uv)
 void cut_away()
 {
   if (mask_alpha(surface_uv) < 0.5) {
+    discard;
+  }
+}
+#elif defined(HAS_SHEER) && defined(IS_DITHERED)
+/* Sheer surfaces in shadow maps: so many fragments are there as are opaque, spread evenly over the
+ * map (J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014:
+ * interleaved gradient noise). */
+void cut_away()
+{
+  float spread = fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+  if (spread < dot(transmission(surface_uv), vec3(1.0 / 3.0))) {
     discard;
   }
 }

@@ -23,6 +23,13 @@ bool is_before(float NgoL)
   return abs(here) >= SIDE_IS_KNOWN ? here > 0.0 : NgoL > 0.0;
 }
 
+#ifdef SHADOW_HAS_TINT
+vec3 shadow_tint()
+{
+  return texelFetch(traced_tint, ivec2(gl_FragCoord.xy), 0).rgb;
+}
+#endif
+
 float visibility(vec3 position, vec3 Ng)
 {
   return float(bitCount(open_spots())) / float(CELL_SPOTS);

@@ -29,6 +29,11 @@ float direction_visibility(int d, vec3 position, vec3 Ng)
 void main()
 {
   radiance = vec4(0.0);
+#ifdef SHADOW_HAS_TINT
+  vec3 tint = shadow_tint();
+#else
+  const float tint = 1.0;
+#endif
   Surface s;
   if (!read_surface(surface_texel(view.stride), view.eye, s)) {
     return;
@@ -79,12 +84,12 @@ void main()
     for (int d = 0; d < environment.count; d++) {
       vec3 L = environment.toward[d].xyz;
       float open = max(open_share[d], 0.0);
-      vec3 seen = base_factor * (open - expected_here) * base * diffuse_base(lobe, s.V, L);
+      vec3 seen = base_factor * (open * tint - expected_here) * base * diffuse_base(lobe, s.V, L);
 #ifdef HAS_SHEEN
-      seen += (environment.diffuse_factor * open) * sheen(lobe, s.V, L);
+      seen += (environment.diffuse_factor * open * tint) * sheen(lobe, s.V, L);
 #endif
 #ifdef HAS_TRANSLUCENT
-      seen += (environment.diffuse_factor * max(-open_share[d], 0.0) *
+      seen += (environment.diffuse_factor * max(-open_share[d], 0.0) * tint *
                max(-dot(lobe.N, L), 0.0) / PI) * lobe.translucent_color;
 #endif
 #ifdef HAS_SPECULAR
@@ -97,7 +102,7 @@ void main()
                                                mirrored_density(lobe, N, s.V, L));
         }
         if (share > 0.0) {
-          seen += (environment.specular_factor * open * share) *
+          seen += (environment.specular_factor * open * share * tint) *
                   specular_lobe(lobe, N, s.V, L, environment.radiance[d].w, albedo);
         }
       }

@@ -188,18 +188,28 @@ void main()
   if (NgoL != 0.0 && all_lobes(parts) != vec3(0.0)) {
     seen = visibility(s.position, NgoL > 0.0 ? s.Ng : -s.Ng);
   }
-  gleam *= seen;
+#  ifdef SHADOW_HAS_TINT
+  /* What sheer surfaces let through of what is seen. */
+  vec3 tint = shadow_tint();
+#  else
+  const float tint = 1.0;
+#  endif
+  gleam *= seen * tint;
 #  ifdef SHADOW_HAS_SPOTS
-  vec3 shining = (parts.specular - parts.hidden) * arriving;
+  vec3 shining = (parts.specular - parts.hidden) * (arriving * tint);
 #  endif
 #  ifdef HAS_SHADOW_FILL
   vec3 fill = light.shadow_fill.rgb * through;
 #    ifdef SHADOW_HAS_SPOTS
   if (light.hide_highlights < 0.5) {
     shining = parts.specular * arriving + light.shadow_fill.w * parts.hidden * (fill - arriving);
+#      ifdef SHADOW_HAS_TINT
+    shining += light.shadow_fill.w * (1.0 - tint) * (parts.specular - parts.hidden) *
+               (fill - arriving);
+#      endif
   }
 #    endif
-  arriving = mix(arriving, fill, light.shadow_fill.w * (1.0 - seen));
+  arriving = mix(arriving, fill, light.shadow_fill.w * (1.0 - seen * tint));
   if (light.hide_highlights < 0.5) {
     gleam = arriving;
   }

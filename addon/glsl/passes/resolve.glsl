@@ -12,13 +12,27 @@ void main()
     radiance = texelFetch(shaded, pixel, 0);
     return;
   }
+#ifdef HAS_LAYERS
+  /* Weights in colours. Alpha, where it tells what is covered, is what is left of the light from
+   * where nothing is. */
+  float uncovered = 0.0;
+#endif
   int first = place.y % across;
   int width = textureSize(shaded, 0).x;
   vec4 sum = vec4(0.0);
   for (int i = first; i < first + count; i++) {
-    vec2 entry = texelFetch(list_entries, ivec2(i % across, place.x + i / across), 0).xy;
+    vec4 entry = texelFetch(list_entries, ivec2(i % across, place.x + i / across), 0);
     int number = int(entry.x + 0.5);
-    sum += entry.y * texelFetch(shaded, ivec2(number % width, number / width), 0);
+    vec4 part = texelFetch(shaded, ivec2(number % width, number / width), 0);
+#ifdef HAS_LAYERS
+    sum.rgb += entry.yzw * part.rgb;
+    uncovered += dot(entry.yzw, vec3(1.0 / 3.0)) * (layers.cover - part.a);
+#else
+    sum += entry.y * part;
+#endif
   }
+#ifdef HAS_LAYERS
+  sum.a = layers.cover - uncovered;
+#endif
   radiance = sum;
 }

@@ -15,6 +15,9 @@ void main()
 #ifdef HAS_OWN_HITS
   ivec2 range = ivec2(texelFetch(hit_range, texel, 0).xy + vec2(0.5));
   if (range.y > 0) {
+#  ifdef OF_LAYER
+    discard;
+#  endif
     int number = range.x + hits.number % range.y;
     ivec2 hit = ivec2(number % HITS_ROW, number / HITS_ROW);
     surface_position = texelFetch(hit_position, hit, 0);
@@ -25,6 +28,12 @@ void main()
 #endif
   vec4 p = texelFetch(visible_position, cell, 0);
   vec3 n = texelFetch(visible_normal, cell, 0).xyz;
+#ifdef OF_LAYER
+  /* The rest is written already. */
+  if (p.w == 0.0 || !same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
+    discard;
+  }
+#endif
   vec2 film = vec2(cell) + vec2(0.5);
   if (same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
     surface_position = p;

@@ -12,6 +12,21 @@ bool is_elsewhere(vec3 place)
 }
 #endif
 
+#ifdef HAS_LAYERS
+/* With sheer layers: what of the light is kept for the pixel's own sample. Of a layer nothing is
+ * where there is none. */
+void keep(ivec2 pixel, bool same)
+{
+  kept = vec4(0.0);
+  if (layer.is_sheer > 0 && texelFetch(visible_position, pixel, 0).w == 0.0) {
+    stray = 0.0;
+  }
+  else if (same) {
+    kept = texelFetch(seen_through, min(pixel, textureSize(seen_through, 0) - 1), 0);
+  }
+}
+#endif
+
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
@@ -27,4 +42,7 @@ void main()
   same = same && texelFetch(asked_pixels, pixel, 0).r < 0.5;
 #endif
   stray = same ? 0.0 : 1.0;
+#ifdef HAS_LAYERS
+  keep(pixel, same);
+#endif
 }

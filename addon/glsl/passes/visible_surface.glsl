@@ -4,18 +4,23 @@
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  ivec2 texel = ivec2(texelFetch(visible_triangle, pixel, 0).rg);
+  vec2 code = texelFetch(visible_triangle, pixel, 0).rg;
   visible_position = vec4(0.0);
   visible_normal = vec4(0.0);
 #ifdef HAS_OBJECT_ID
   visible_object = 0.0;
 #endif
-  if (texel.x == 0) {
+#ifdef HAS_SHADING_NORMAL
+  visible_shading_normal = vec4(0.0);
+#endif
+#ifdef HAS_BEND
+  normal_bend = vec4(0.0);
+#endif
+  if (code.x == 0.0) {
     return;
   }
-  texel = ivec2(texel.y, texel.x - 1);
-  vec4 plane = texelFetch(triangle_plane, texel, 0);
-  vec2 ids = texelFetch(triangle_ids, texel, 0).rg;
+  vec4 plane = seen_plane(code);
+  vec2 ids = seen_ids(code);
   vec3 o = ray_origin(gl_FragCoord.xy);
   vec3 d = ray_direction(gl_FragCoord.xy);
 #ifdef HAS_TRACED_DEPTH
@@ -37,5 +42,15 @@ void main()
   visible_normal = vec4(away > 0.0 ? -plane.xyz : plane.xyz, 0.0);
 #ifdef HAS_OBJECT_ID
   visible_object = ids.y;
+#endif
+#ifdef HAS_CORNERS
+  SeenCorners corners = seen_corners(code);
+#endif
+#ifdef HAS_SHADING_NORMAL
+  vec3 N = corner_normal(corners, place);
+  visible_shading_normal = vec4(away > 0.0 ? -N : N, 0.0);
+#endif
+#ifdef HAS_BEND
+  normal_bend = pixel_bend(corners, place);
 #endif
 }

@@ -40,6 +40,7 @@ from ..world.environment import EnvironmentLight, EnvironmentScene
 from ..world.world_pass import BackgroundPass, WorldTextures
 from .layer_stack import LightLayer
 from .resolve_pass import ResolvePass
+from .sheer_blend import SheerBlend
 
 # Every n-th pixel's surface along each axis is looked at to fit a sun's shadow map.
 _RECEIVER_STRIDE = 4
@@ -82,6 +83,7 @@ class LayerDrawing:
         self._light_pass = LightPass(self._tables, layout, self._filters, split=split)
         self._background_pass = BackgroundPass()
         self._resolve = ResolvePass()
+        self._sheer_blend = SheerBlend()
         self._layout: SurfaceLayout | None = None
         self.follow_layout()
         self.parts = lobe_parts(layout) if split else ()
@@ -134,14 +136,26 @@ class LayerDrawing:
 
     # Samples ------------------------------------------------------------------------------
 
-    def light(self, light: Light, layer: LightLayer, k: int, count: int, stride: int) -> None:
-        """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`."""
+    def light(
+        self,
+        light: Light,
+        layer: LightLayer,
+        k: int,
+        count: int,
+        stride: int,
+        *,
+        sparse: bool = False,
+    ) -> None:
+        """Add sample k of `count` of a light to its layer, with an intensity of `layer_tint`; see
+        `TracedShadowPass.draw` for `sparse`."""
         objects = self._objects.of(light).texture
         self._shade(
             layer,
             k,
             stride,
-            lambda surface, target: self._add_light(light, surface, target, (k, count), stride),
+            lambda surface, target: self._add_light(
+                light, surface, target, (k, count), stride, sparse=sparse
+            ),
             with_objects=objects is not None,
         )
 
@@ -153,14 +167,19 @@ class LayerDrawing:
         draw: Callable[[SurfaceBuffer, Any], None],
         *,
         with_objects: bool = False,
+        cover: float = 0.0,
     ) -> None:
-        """Let `draw` shade sample k of the view, and add the pixels that come of it to a layer."""
+        """Let `draw` shade sample k of the view, and add the pixels that come of it to a layer,
+        whose alpha says what is covered if `cover` is 1."""
         lists = self._lists(stride)
         if lists is None:
-            draw(self._sampler.sample(k, with_objects=with_objects), layer.target)
+            seen = self._sampler.sample(k, with_objects=with_objects)
+            self._sheer_blend.draw(layer, seen, draw, stride=stride, cover=cover)
             return
         surface = self._sampler.shading_sample(k, with_objects=with_objects)
-        self._resolve.draw(layer, lists, surface.height, lambda target: draw(surface, target))
+        self._resolve.draw(
+            layer, lists, surface.height, lambda target: draw(surface, target), cover=cover
+        )
 
     def _lists(self, stride: int) -> PixelListTextures | None:
         """The pixels' lists, if there are any for a layer's resolution."""
@@ -173,6 +192,8 @@ class LayerDrawing:
         target: Any,
         sample_of: tuple[int, int],
         stride: int,
+        *,
+        sparse: bool,
     ) -> None:
         """Add what sample k of `count` of a light makes of surfaces to a framebuffer."""
         k, count = sample_of
@@ -188,7 +209,7 @@ class LayerDrawing:
                     point = self._light_sample(caster, j, count * points, moved=True)
                     if self._settings.traces(light):
                         caster = shining_everywhere(caster)
-                shadow = self._shadow(surface, caster, point, stride)
+                shadow = self._shadow(surface, caster, point, stride, sparse=sparse)
             self._light_pass.draw(
                 surface,
                 light,
@@ -225,19 +246,20 @@ class LayerDrawing:
         def draw(surface: SurfaceBuffer, target: Any) -> None:
             # Without lists a sample is a picture of its own, through its point of the lens.
             sample = self._sampler.looks.sample(k) if self._lists(stride) is None else None
-            self._background_pass.draw(
-                surface,
-                world,
-                view if sample is None else sample.view,
-                target,
-                offset=None if sample is None else sample.offset,
-                film_transparent=film_transparent,
-                stride=stride,
-            )
+            if not surface.is_layer:
+                self._background_pass.draw(
+                    surface,
+                    world,
+                    view if sample is None else sample.view,
+                    target,
+                    offset=None if sample is None else sample.offset,
+                    film_transparent=film_transparent,
+                    stride=stride,
+                )
             if world is not None:
                 self._add_world(world, surface, target, (k, count), stride)
 
-        self._shade(layer, k, stride, draw)
+        self._shade(layer, k, stride, draw, cover=1.0)
 
     def _add_world(
         self,
@@ -292,7 +314,13 @@ class LayerDrawing:
     # Inside -------------------------------------------------------------------------------
 
     def _shadow(
-        self, surface: SurfaceBuffer, light: Light, sample: LightSample, stride: int
+        self,
+        surface: SurfaceBuffer,
+        light: Light,
+        sample: LightSample,
+        stride: int,
+        *,
+        sparse: bool,
     ) -> Shadow:
         if self._settings.traces(light):
             return self._tracing().draw(
@@ -302,6 +330,7 @@ class LayerDrawing:
                 stride=stride,
                 casters=self._objects.caster_triangles(light),
                 objects=self._objects.of(light).texture,
+                sparse=sparse,
             )
         return self._shadows.get(light.name, sample, lambda: self._shadow_map(light, sample))
 

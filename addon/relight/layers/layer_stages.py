@@ -139,6 +139,10 @@ class LayerStages:
         """A layer's mean, as it stands."""
         return self._refined[name]
 
+    def is_first_of_move(self, stack: LayerStack) -> bool:
+        """Whether that stack's samples are the first picture after a camera move."""
+        return self._moved and stack is self._preview
+
     def is_preview(self, staged: StagedLayer) -> bool:
         """Whether that is a layer's one sample at full resolution."""
         return staged.stack is self._preview

@@ -4,10 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from ...corrmap.pixel_list_pass import PixelListTextures
-from ...glsl.shader import PassShader, ShaderProgram, Texture, framebuffer, texture_2d
+from ...glsl.shader import PassShader, Texture, framebuffer, texture_2d
+from ...glsl.uniforms import Field, UniformBlock
 from ..shading.blend_pass import add_fullscreen
 from .layer_stack import LightLayer
 
@@ -21,6 +23,12 @@ _RESOLVE = PassShader(
     ),
     outputs=(("VEC4", "radiance"),),
 )
+_LAYERED = replace(
+    _RESOLVE,
+    name="resolve_layers",
+    blocks=(UniformBlock("layers", (Field("float", "cover"),)),),
+    defines=(("HAS_LAYERS", "1"),),
+)
 
 
 class ResolvePass:
@@ -31,7 +39,6 @@ class ResolvePass:
     """
 
     def __init__(self) -> None:
-        self._program: ShaderProgram | None = None
         self.shaded: tuple[Texture, ...] = ()
         self._target: Any = None
 
@@ -41,6 +48,8 @@ class ResolvePass:
         lists: PixelListTextures,
         height: int,
         shade: Callable[[Any], None],
+        *,
+        cover: float = 0.0,
     ) -> None:
         """Shade the atlas of a view and add what its pixels make of it to a layer.
 
@@ -49,9 +58,11 @@ class ResolvePass:
             lists: the pixels' lists.
             height: of the atlas; it is as wide as the picture.
             shade: adds to a framebuffer of the atlas' size with as many textures as the layer.
+            cover: 1 if the layer's alpha says what is covered, else 0.
         """
-        if self._program is None:
-            self._program = _RESOLVE.build()
+        tinted = lists.lists.is_tinted
+        program = (_LAYERED if tinted else _RESOLVE).build()
+        uniforms = {"layers": {"cover": cover}} if tinted else {}
         size = (lists.lists.width, height, len(layer.textures))
         known = self.shaded[0] if self.shaded else None
         if known is None or (known.width, known.height, len(self.shaded)) != size:
@@ -62,4 +73,5 @@ class ResolvePass:
         shade(self._target)
         for shaded, texture in zip(self.shaded, layer.textures, strict=True):
             target = layer.target if len(layer.textures) == 1 else framebuffer([texture])
-            add_fullscreen(self._program, target, {"shaded": shaded, **lists.textures()}, {})
+            textures = {"shaded": shaded, **lists.textures()}
+            add_fullscreen(program, target, textures, uniforms)

@@ -33,6 +33,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from ...corrmap.sobol_points import sobol_points
 from ...scene.frame_across import frame_across
 from ...scene.light import Light
 from ...scene.mesh_light import MeshLight
@@ -177,7 +178,7 @@ def _on_area(light: Light, k: int, count: int, seed: int) -> LightSample:
 
 def _on_turned_disk(light: Light, k: int, count: int, seed: int) -> LightSample:
     radius = light.shadow_soft_size
-    number = _first_cell(light, seed) + k
+    number = _first_cell(light, seed, count) + k
     cell = disk_cells(count)[number % count]
     place = radius * _balanced_points(count)[number % count]
     corners, spots = (
@@ -221,19 +222,39 @@ def _on_mesh(light: MeshLight, k: int, count: int, seed: int) -> LightSample:
 
 def _cell(light: Light, k: int, count: int, seed: int) -> Cell:
     """An area light's or a sun's k-th."""
-    first = _first_cell(light, seed)
     if light.type == "SUN":
-        return disk_cells(count)[(first + k) % count]
+        return disk_cells(count)[(_first_cell(light, seed, count) + k) % count]
     width, height = np.linalg.norm(light.extents, axis=1)
     # To three digits: lights of nearly one shape share their cells.
     aspect = float(f"{np.clip(width / height, 1e-3, 1e3):.3g}") if width * height > 0.0 else 1.0
-    cells = (disk_cells if light.is_round else square_cells)(count, aspect)
-    return cells[(first + k) % count]
+    first = _first_cell(light, seed, count, aspect, is_round=light.is_round)
+    return _cells(count, aspect, is_round=light.is_round)[(first + k) % count]
 
 
-def _first_cell(light: Light, seed: int) -> int:
+def _cells(count: int, aspect: float, *, is_round: bool) -> tuple[Cell, ...]:
+    return (disk_cells if is_round else square_cells)(count, aspect)
+
+
+def _first_cell(
+    light: Light, seed: int, count: int, aspect: float = 1.0, *, is_round: bool = True
+) -> int:
     """Lights begin at different ones."""
-    return zlib.crc32(light.name.encode(), seed)
+    choices = _good_firsts(count, aspect, is_round=is_round)
+    return choices[zlib.crc32(light.name.encode(), seed) % len(choices)]
+
+
+@lru_cache(maxsize=64)
+def _good_firsts(count: int, aspect: float, *, is_round: bool) -> tuple[int, ...]:
+    """The cells to begin at so that the light's points and the samples' places in the pixel have
+    the least to do with each other: a quarter of them, at least two.
+
+    All pixels share both. A shadow's edge is blurred by the sum of the two, which is sharper or
+    softer than it should be where one grows with the other.
+    """
+    points = np.array([cell.point for cell in _cells(count, aspect, is_round=is_round)])
+    places = sobol_points(count) - 0.5
+    together = [np.sum((places.T @ np.roll(points, -first, axis=0)) ** 2) for first in range(count)]
+    return tuple(int(first) for first in np.argsort(together)[: max(count // 4, 2)])
 
 
 def _lamp_corners(turn: float) -> NDArray[np.float64]:

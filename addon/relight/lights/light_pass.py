@@ -235,6 +235,7 @@ def _describe(variant: _Variant, layout: SurfaceLayout, split: bool) -> PassShad
         "HAS_BENDS": variant.bends,
         "HAS_SHADOW": shadow is not None,
         "SHADOW_HAS_SPOTS": shadow is not None and shadow.spots > 0 and variant.has_extent,
+        "SHADOW_HAS_TINT": shadow is not None and shadow.tinted,
         "HAS_SHADOW_FILL": variant.fills_shadow,
         "HAS_AMBIENT": variant.has_ambient,
         "HAS_OBJECTS": variant.by_object,

@@ -27,12 +27,14 @@ class ShadowKind:
         blocks: its uniform blocks.
         spots: of how many spots of a light's cell it tells whether they are seen, by `int
             open_spots()`; 0 for none.
+        tinted: whether `vec3 shadow_tint()` tells what sheer surfaces let through of what is seen.
     """
 
     library: str
     samplers: Samplers
     blocks: tuple[UniformBlock, ...] = ()
     spots: int = 0
+    tinted: bool = False
 
 
 class Shadow(Protocol):

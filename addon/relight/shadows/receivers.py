@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -11,8 +12,10 @@ from numpy.typing import NDArray
 
 from ...camplace.parallel import in_parts
 from ...corrmap.local_scene import LocalScene
+from ...corrmap.seen_triangles import RayHits
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
+from .even_places import lies_between
 from .shadow_rays import LIFT
 from .terminator import SmoothReceivers, dot
 
@@ -63,15 +66,13 @@ class SeenReceivers:
 
     Attributes:
         surface: the sample.
-        rasterized: (3, N) float32: the pixels' places as the shaders know them.
-        receivers: the same as rays need them.
+        receivers: the pixels' places, as rays need them.
         smooth: the same as they are shaded.
         number: (H, W) int32: which of the N a pixel is; any where it sees nothing.
         hit: (H, W) whether it sees a surface.
     """
 
     surface: SurfaceBuffer
-    rasterized: NDArray[np.float32]
     receivers: Receivers
     smooth: SmoothReceivers
     number: NDArray[np.int32]
@@ -80,20 +81,16 @@ class SeenReceivers:
     @classmethod
     def of(cls, surface: SurfaceBuffer, scene: LocalScene) -> SeenReceivers:
         """Of a sample of the view in a scene around the same origin."""
-        position = read_texture(surface.position)
-        hit = position[..., 3] > 0.0
-        number = np.cumsum(hit, dtype=np.int32).reshape(hit.shape) - np.int32(1)
-        some = np.flatnonzero(hit)
-        places, normal = (
-            _pixels(pixels, some) for pixels in (position, read_texture(surface.geometric_normal))
-        )
         seen = surface.triangles
-        if seen is None:
-            triangle = find_triangles(scene, surface, places, normal)
+        if seen is not None and seen.hits is not None:
+            shape = (surface.height, surface.width)
+            hit, found = _of_hits(scene, surface, seen.hits)
+            hit = hit.reshape(shape)
         else:
-            triangle = seen.read().take(some)
-        found = on_planes(scene, places, normal, triangle)
+            hit, found = _of_textures(scene, surface)
+        number = np.cumsum(hit, dtype=np.int32).reshape(hit.shape) - np.int32(1)
         shaded = surface.shading_normal
+        some = np.flatnonzero(hit)
         smooth = SmoothReceivers(
             scene.geometry,
             found.triangle,
@@ -101,13 +98,18 @@ class SeenReceivers:
             found.normal,
             None if shaded is None else _pixels(read_texture(shaded), some),
         )
-        return cls(surface, places, found, smooth, number, hit)
+        return cls(surface, found, smooth, number, hit)
+
+    @cached_property
+    def even(self) -> NDArray[np.bool_]:
+        """(H, W) see `lies_between`; found when it is first asked for."""
+        return lies_between(self.receivers.place, self.hit)
 
     @property
     def nbytes(self) -> int:
         """Bytes of main memory."""
         each = self.receivers
-        arrays = (self.rasterized, each.place, each.normal, each.lift, self.number, self.hit)
+        arrays = (each.place, each.normal, each.lift, self.number, self.hit)
         return sum(array.nbytes for array in arrays) + self.smooth.nbytes
 
 
@@ -155,9 +157,60 @@ def on_planes(
     return Receivers(place, facing, lift, on)
 
 
+def _of_textures(scene: LocalScene, surface: SurfaceBuffer) -> tuple[NDArray[np.bool_], Receivers]:
+    """(H, W) which pixels see a surface, and these on their triangles."""
+    position = read_texture(surface.position)
+    hit = position[..., 3] > 0.0
+    some = np.flatnonzero(hit)
+    places, normal = (
+        _pixels(pixels, some) for pixels in (position, read_texture(surface.geometric_normal))
+    )
+    if surface.triangles is None:
+        triangle = find_triangles(scene, surface, places, normal)
+    else:
+        triangle = surface.triangles.read().take(some)
+    return hit, on_planes(scene, places, normal, triangle)
+
+
+def _of_hits(
+    scene: LocalScene, surface: SurfaceBuffer, hits: RayHits
+) -> tuple[NDArray[np.bool_], Receivers]:
+    """(P,) the same of P pixels whose rays met the triangles."""
+    hit = hits.triangle >= 0
+    triangle, place = hits.triangle, hits.place
+    if not hit.all():
+        some = np.flatnonzero(hit)
+        triangle, place = triangle.take(some), place.take(some, axis=1)
+    planes, eye = scene.planes, surface.eye[:, None]
+    on, facing = np.empty_like(place), np.empty(place.shape, dtype=np.float32)
+    lift = np.empty(len(triangle), dtype=np.float32)
+
+    def work(part: slice) -> None:
+        number, own = triangle[part], place[:, part]
+        exact = np.ascontiguousarray(planes.normal.take(number, axis=0).T)
+        to_eye = eye - own if surface.perspective else eye
+        facing[:, part] = exact * np.where(dot(exact, to_eye) < 0.0, -1.0, 1.0).astype(np.float32)
+        above = dot(own, exact) - planes.offset.take(number)
+        on[:, part] = own - above * exact
+        reach = np.maximum(np.abs(on[:, part]).max(axis=0), planes.extent.take(number))
+        lift[part] = LIFT * reach
+
+    in_parts(work, len(triangle), _PART)
+    return hit, Receivers(on, facing, lift, triangle)
+
+
 def _pixels(picture: NDArray[np.float32], some: NDArray[np.int64]) -> NDArray[np.float32]:
-    """(3, N) of some pixels of (H, W, 4)."""
-    return np.ascontiguousarray(picture.reshape(-1, 4).take(some, axis=0)[:, :3].T)
+    """(3, N) of some pixels of (H, W, 4), in their order."""
+    pixels = picture.reshape(-1, 4)
+    found = np.empty((3, len(some)), dtype=np.float32)
+    every = len(some) == len(pixels)
+
+    def work(part: slice) -> None:
+        chosen = pixels[part] if every else pixels.take(some[part], axis=0)
+        found[:, part] = chosen[:, :3].T
+
+    in_parts(work, len(some), _PART)
+    return found
 
 
 def find_triangles(

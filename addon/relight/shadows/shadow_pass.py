@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import gpu
 import numpy as np
 from numpy.typing import NDArray
 
-from ...corrmap.geometry_buffer import GeometryBuffer, build_raster_program
+from ...corrmap.geometry_buffer import GeometryBuffer
+from ...corrmap.raster_program import build_raster_program
 from ...glsl.shader import PassShader, framebuffer, texture_2d
 from ...glsl.uniforms import Field, UniformBlock
 from ...scene.light import Light
@@ -42,6 +43,9 @@ _PASS = PassShader(
     outputs=(("VEC4", "caster_distance"),),
     writes_depth=True,
 )
+
+# A map holds one distance: of sheer surfaces so many texels are there as light is stopped.
+_DITHERED_PASS = replace(_PASS, name=f"{_PASS.name}_dithered", defines=(("IS_DITHERED", "1"),))
 
 SHADOW_BLOCK = UniformBlock(
     "shadow",
@@ -133,7 +137,12 @@ class ShadowPass:
     def __init__(self, geometry: GeometryBuffer, settings: ShadowSettings | None = None) -> None:
         self.settings = settings or ShadowSettings()
         self._geometry = geometry
-        self._program = build_raster_program(_PASS, geometry.has_cutouts)
+        self._program = build_raster_program(
+            _DITHERED_PASS if geometry.has_sheer else _PASS,
+            geometry.has_cutouts,
+            with_copies=geometry.copies is not None,
+            with_sheer=geometry.has_sheer,
+        )
         self._depth: dict[tuple[int, int], Any] = {}
 
     def draw(

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from ...corrmap.local_scene import LocalScene, digest
 from .cutout_alpha import CutoutAlpha
+from .sheer_light import SheerLight
 
 # What embree makes of a triangle's plane is off by some roundings of the largest vector from the
 # ray's origin to its corners: one of each corner's difference to the origin, and about four more
@@ -31,7 +32,7 @@ def shadow_rays(scene: LocalScene, casters: NDArray[np.bool_] | None = None) -> 
 
 
 class ShadowRays:
-    """Rays that are stopped by some of a scene's triangles.
+    """Rays that are stopped by some of a scene's triangles, and dimmed by sheer ones.
 
     Args:
         scene: the triangles.
@@ -42,9 +43,48 @@ class ShadowRays:
         self._geometry = scene.geometry
         casters = self._geometry.shadow_visible if casters is None else casters
         away, mixed = scene.cut
-        self._solid = scene.mesh(casters & ~mixed & ~away)
+        sheer = self._geometry.is_sheer
+        self._sheer = scene.mesh(casters & sheer) if sheer.any() else None
+        self._light = SheerLight(self._geometry)
+        self._solid = scene.mesh(casters & ~mixed & ~away & ~sheer)
         self._masked = scene.mesh(casters & mixed)
         self._alpha = CutoutAlpha(self._geometry)
+
+    @property
+    def dims(self) -> bool:
+        """Whether there is anything that lets light pass in part."""
+        return self._sheer is not None and len(self._sheer) > 0
+
+    def through(
+        self,
+        origins: NDArray[np.float64],
+        directions: NDArray[np.float64],
+        limit: NDArray[np.float64],
+    ) -> NDArray[np.float64]:
+        """(R, 3) what sheer surfaces let through, all along rays as of `blocked`: the product of
+        what each does, as of Cycles' transparent shadows."""
+        result = np.ones((len(origins), 3))
+        mesh = self._sheer
+        if mesh is None or not len(mesh):
+            return result
+        travelled = np.zeros(len(origins))
+        # Most rays meet none, which is found sooner than what is met.
+        active = np.flatnonzero(mesh.any_hit(origins, directions, limit))
+        for _ in range(MAX_LAYERS):
+            start = origins[active] + travelled[active, None] * directions[active]
+            hit, step, barycentric = mesh.closest(
+                start, directions[active], limit[active] - travelled[active]
+            )
+            met = hit >= 0
+            active, hit, step, start = active[met], hit[met], step[met], start[met]
+            if not active.size:
+                return result
+            result[active] *= self._light.through(hit, barycentric[met])
+            travelled[active] += step + self._lift_from(start, hit)
+            goes_on = (travelled[active] < limit[active]) & result[active].any(axis=1)
+            active = active[goes_on]
+        result[active] = 0.0
+        return result
 
     def blocked(
         self,

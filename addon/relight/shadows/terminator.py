@@ -72,7 +72,8 @@ class SmoothReceivers:
         if self._geometry.corner_normals is None:
             return self._facing
         if self._shaded is not None:
-            return np.where(self._triangle >= 0, self._shaded, self._facing)
+            known = self._triangle >= 0
+            return self._shaded if known.all() else np.where(known, self._shaded, self._facing)
         normal = self._facing.astype(np.float32)
 
         def work(part: slice) -> None:

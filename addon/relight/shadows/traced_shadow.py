@@ -24,18 +24,20 @@ from numpy.typing import NDArray
 from ...camplace.parallel import in_parts
 from ...corrmap.local_scene import LocalScene
 from ...corrmap.surface_buffer import SurfaceBuffer
-from ...glsl.shader import Texture, texture_from_array
+from ...glsl.shader import Samplers, Texture, texture_from_array
 from ...scene.geometry import SceneGeometry
 from ...scene.light import Light
 from ..light_points.light_cells import SPOTS
 from ..light_points.light_sample import EmitterPoint, LightSample
 from ..light_points.turned_disk import turned_way
 from ..lights.light_reach import ReachPass
+from ..lights.plain_reach import PlainReach
 from ..shading.picture_tiles import PictureTiles
 from ..shading.shadow import ShadowKind
-from .lit_pixels import LitPixels, lit_pixels
+from .lit_pixels import LitPixels, lit_pixels, plainly_lit_pixels
 from .receivers import SeenReceivers
 from .shadow_rays import LIFT, ShadowRays, shadow_rays
+from .sparse_rays import look_sparsely
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
 from .terminator import dot
 
@@ -43,6 +45,9 @@ _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS
 
 # Of a light's only point: highlights have nothing to tell apart.
 _POINT_KIND = replace(_KIND, spots=0)
+
+# Where sheer surfaces dim the light.
+_TINT_SAMPLERS: Samplers = (("traced_tint", "FLOAT_2D"),)
 
 
 # As in addon/glsl/lib/traced_shadow.glsl.
@@ -71,22 +76,29 @@ class TracedShadow:
         rays: how many rays it took.
         lit: the tiles in which any is seen.
         has_spots: whether it is of a cell, and spots may differ.
+        tint: RGBA32F, what sheer surfaces let through of what is seen; None for all.
     """
 
     spots: Texture
     rays: int
     lit: PictureTiles
     has_spots: bool = True
+    tint: Texture | None = None
 
     @property
     def kind(self) -> ShadowKind:
         """What a shader that reads it is made of."""
-        return _KIND if self.has_spots else _POINT_KIND
+        kind = _KIND if self.has_spots else _POINT_KIND
+        if self.tint is None:
+            return kind
+        return replace(kind, samplers=(*kind.samplers, *_TINT_SAMPLERS), tinted=True)
 
     @property
     def textures(self) -> Mapping[str, Any]:
         """By the names of `kind.samplers`."""
-        return {"traced_spots": self.spots}
+        if self.tint is None:
+            return {"traced_spots": self.spots}
+        return {"traced_spots": self.spots, "traced_tint": self.tint}
 
     def uniforms(self, _local_origin: NDArray[np.float64]) -> Mapping[str, Mapping[str, Any]]:
         """It has no uniform blocks."""
@@ -129,6 +141,7 @@ class TracedShadowPass:
         casters: NDArray[np.bool_] | None = None,
         objects: Any = None,
         thorough: float = 0.5,
+        sparse: bool = False,
     ) -> TracedShadow:
         """The shadow of one point of a light, or of its cell.
 
@@ -142,27 +155,41 @@ class TracedShadowPass:
             objects: `ObjectShares.texture`; `surface` must then have its `objects`.
             thorough: where more than this share of the pixels sees the cell in parts, they look at
                 four spots only, one in each quarter: by default it takes ten rays a pixel at most.
+            sparse: whether pixels between others that see the same of a point need no ray of their
+                own, see `look_sparsely`; of a light's cell and of coarse layers all have one, and
+                where sheer surfaces dim the light.
         """
         scene = self.local_scene(surface.origin)
         is_smooth = scene.geometry.corner_normals is not None
-        reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
         seen = self._seen_by(surface, scene)
-        lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
-        size = reach.shape[:2]
+        plain = PlainReach.of(light, sample, surface.origin) if objects is None else None
+        if plain is not None:
+            lit = plainly_lit_pixels(seen, plain, stride)
+        else:
+            reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
+            lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
         rays = _Rays(shadow_rays(scene, casters), light, sample, seen=seen, lit=lit)
         if len(sample.spots):
-            place = PixelPlaces(*np.divmod(lit.pixel, size[1]), size, surface.picture_height)
+            row, column = np.divmod(lit.pixel, lit.size[1])
+            place = PixelPlaces(row, column, lit.size, surface.picture_height)
             spots = look_at_spots(rays.reach_spots, place, thorough)
+        elif sparse and stride == 1 and surface.picture_height is None and not rays.dims:
+            spots = np.where(look_sparsely(rays.reach_point, lit, seen.even), ALL_SPOTS, 0)
         else:
             spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
-        picture = np.zeros(size, dtype=np.float32)
+        picture = np.zeros(lit.size, dtype=np.float32)
         picture.ravel()[lit.pixel] = spots
         tiles = PictureTiles.around(picture != 0.0)
         if is_smooth and not any(light.controls.shadow.offset):
             # (Of a shadow that is moved, only the light itself tells what it shines on.)
             picture.ravel()[lit.pixel] = np.copysign(spots + _SIDE_IS_KNOWN, lit.side)
         texture = texture_from_array(picture[..., None], "R32F")
-        return TracedShadow(texture, rays.count, tiles, has_spots=len(sample.spots) > 0)
+        tint = rays.tint()
+        if tint is not None:
+            tints = np.ones((*lit.size, 4), dtype=np.float32)
+            tints.reshape(-1, 4)[lit.pixel, :3] = tint
+            tint = texture_from_array(tints, "RGBA32F")
+        return TracedShadow(texture, rays.count, tiles, has_spots=len(sample.spots) > 0, tint=tint)
 
     def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
         """What rays meet, in the space around a place (3,) of the world."""
@@ -178,7 +205,14 @@ class TracedShadowPass:
         if key not in self._seen:
             # Only its places' texture is held on to: the rest may be much of the GPU's memory.
             bare = replace(
-                surface, values=(), objects=None, triangles=None, bend=None, shading_normal=None
+                surface,
+                values=(),
+                objects=None,
+                triangles=None,
+                bend=None,
+                shading_normal=None,
+                through=None,
+                before=(),
             )
             self._seen[key] = replace(SeenReceivers.of(surface, scene), surface=bare)
             used = sum(seen.nbytes for seen in self._seen.values())
@@ -214,19 +248,34 @@ class _Rays:
         self._rays, self._light, self._sample = shadow_rays, light, sample
         self._seen, self._lit = seen, lit
         self.count = 0
+        # What came through sheer surfaces along open rays, and how many these were.
+        self._through = np.zeros((len(lit.number), 3)) if shadow_rays.dims else None
+        self._opened = np.zeros(len(lit.number))
 
-    def reach_point(self) -> NDArray[np.bool_]:
-        """(N,) whether rays to the sample's point meet nothing."""
-        number = self._lit.number
+    @property
+    def dims(self) -> bool:
+        """Whether sheer surfaces may dim them."""
+        return self._through is not None
+
+    def tint(self) -> NDArray[np.float64] | None:
+        """(N, 3) the mean of what open rays brought; None where nothing was lost."""
+        if self._through is None or not self._opened.any():
+            return None
+        mean = self._through / np.maximum(self._opened, 1.0)[:, None]
+        mean[self._opened == 0.0] = 1.0
+        return None if (mean == 1.0).all() else mean
+
+    def reach_point(self, rows: NDArray[np.int64] | None = None) -> NDArray[np.bool_]:
+        """(R,) whether rays of some (R,) of the N to the sample's point meet nothing; of all for
+        None."""
 
         def aim(part: slice) -> _Aim:
-            start, way = self._start(part), self._lit.way[:, part].astype(np.float64)
-            if self._light.type != "SUN":
-                # The way was measured from where the surface was rasterized.
-                way += self._seen.rasterized.take(number[part], axis=1) - start
-            return self._lifted(part, start, way)
+            some = part if rows is None else rows[part]
+            start = self._start(some)
+            return self._lifted(some, start, self._way_to_point(start))
 
-        return self._open(len(number), aim)
+        every = np.arange(len(self._lit.number)) if rows is None else rows
+        return self._open(every, aim)
 
     def reach_spots(
         self, rows: NDArray[np.int64], spots: NDArray[np.int64]
@@ -250,7 +299,7 @@ class _Rays:
             above[part] = side == self._lit.side[some]
             return self._lifted(some, start, way)
 
-        is_open = self._open(len(rows), aim, above)
+        is_open = self._open(rows, aim, above)
         return is_open & above, above
 
     def _start(self, rows: _Rows) -> NDArray[np.float64]:
@@ -268,6 +317,18 @@ class _Rays:
             way[:, some] -= lift
         return start, way
 
+    def _way_to_point(self, start: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(3, R) from (3, R) places to the sample's point."""
+        on_disk = self._sample.on_disk
+        if self._sample.per_receiver and on_disk is not None:
+            from_centre = start.T - (self._light.position - self._seen.surface.origin)
+            place = np.broadcast_to(on_disk, (start.shape[1], 2))
+            return np.ascontiguousarray(turned_way(self._light, from_centre, place).T)
+        position = self._sample.position[:, None]
+        if self._light.type == "SUN":
+            return np.repeat(position, start.shape[1], axis=1)
+        return np.asarray(position - self._seen.surface.origin[:, None] - start)
+
     def _way_to_spots(
         self, start: NDArray[np.float64], spots: NDArray[np.int64]
     ) -> NDArray[np.float64]:
@@ -283,31 +344,40 @@ class _Rays:
 
     def _open(
         self,
-        count: int,
+        rows: NDArray[np.int64],
         aim: Callable[[slice], _Aim],
         chosen: NDArray[np.bool_] | None = None,
     ) -> NDArray[np.bool_]:
-        """(R,) whether each of `count` rays meets nothing, of those that are chosen (R,) once they
-        were aimed."""
+        """(R,) whether a ray of each of some pixels meets nothing that stops it, of those that are
+        chosen (R,) once they were aimed."""
+        count = len(rows)
         is_open = np.zeros(count, dtype=np.bool_)
+        through = None if self._through is None else np.zeros((count, 3))
 
         def work(part: slice) -> None:
             start, way = aim(part)
-            if chosen is None:
-                is_open[part] = self._meets_nothing(start, way)
-            else:
-                some = np.flatnonzero(chosen[part])
-                is_open[part.start + some] = self._meets_nothing(start[:, some], way[:, some])
+            some = slice(None) if chosen is None else np.flatnonzero(chosen[part])
+            found, dimmed = self._meets_nothing(start[:, some], way[:, some])
+            is_open[part][some] = found
+            if through is not None and dimmed is not None:
+                through[part][some] = dimmed
 
         in_parts(work, count, _PART)
+        if through is not None and self._through is not None:
+            # A pixel may have sent several.
+            pixels = len(self._opened)
+            for channel in range(3):
+                self._through[:, channel] += np.bincount(rows, through[:, channel], pixels)
+            self._opened += np.bincount(rows, is_open, pixels)
         self.count += count if chosen is None else int(np.count_nonzero(chosen))
         return is_open
 
     def _meets_nothing(
         self, start: NDArray[np.float64], way: NDArray[np.float64]
-    ) -> NDArray[np.bool_]:
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64] | None]:
+        """(R,) whether rays are open, and (R, 3) what comes through, 0 of others; None for all."""
         if self._light.type == "SUN":
-            return ~self._rays.blocked(start.T, way.T, np.full(way.shape[1], np.inf))
+            return self._comes_through(start.T, way.T, np.full(way.shape[1], np.inf))
         length = np.sqrt(dot(way, way))
         limit = length * (1.0 - _SHORT_OF_LIGHT)
         emitter = self._sample.emitter
@@ -315,7 +385,22 @@ class _Rays:
             short = _before_emitter(emitter, start.T + self._seen.surface.origin, way.T)
             limit = np.maximum(limit - short, 0.0)
         direction = way / np.where(length > 0.0, length, 1.0)
-        return ~self._rays.blocked(start.T, direction.T, limit)
+        return self._comes_through(start.T, direction.T, limit)
+
+    def _comes_through(
+        self,
+        start: NDArray[np.float64],
+        direction: NDArray[np.float64],
+        limit: NDArray[np.float64],
+    ) -> tuple[NDArray[np.bool_], NDArray[np.float64] | None]:
+        is_open = ~self._rays.blocked(start, direction, limit)
+        if self._through is None:
+            return is_open, None
+        through = np.zeros((len(is_open), 3))
+        some = np.flatnonzero(is_open)
+        through[some] = self._rays.through(start[some], direction[some], limit[some])
+        # What lets nothing through stops the ray.
+        return through.any(axis=1), through
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,6 +4,7 @@ each pixel has of its own."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -58,6 +59,9 @@ _ARRIVES = PassShader(
     fragment="environment_arrives",
     samplers=(("ray_open", "FLOAT_2D"), ("ray_arriving", "FLOAT_2D")),
     outputs=(("VEC4", "radiance"),),
+)
+_TINTED_ARRIVES = replace(
+    _ARRIVES, name="environment_arrives_tinted", defines=(("IS_TINTED", "1"),)
 )
 
 
@@ -141,7 +145,6 @@ class RayPass:
         self._tables = tables
         self._layout = layout
         self._programs: dict[tuple[bool, bool], ShaderProgram] = {}
-        self._arrives: ShaderProgram | None = None
 
     def send(
         self,
@@ -192,14 +195,16 @@ class RayPass:
         return ray, arriving
 
     def arrive(self, arriving: Any, is_open: NDArray[np.float32], target: Any) -> None:
-        """Add `arriving` times the share (H, W) of each ray that is open."""
-        if self._arrives is None:
-            self._arrives = _ARRIVES.build()
-        textures = {
-            "ray_open": texture_from_array(is_open[..., None], "R32F"),
-            "ray_arriving": arriving,
-        }
-        add_fullscreen(self._arrives, target, textures, {})
+        """Add `arriving` times the share (H, W), or (H, W, 3) in colours, of each ray that is
+        open."""
+        if is_open.ndim == 3:
+            program = _TINTED_ARRIVES.build()
+            pixels = np.concatenate([is_open, np.ones_like(is_open[..., :1])], axis=-1)
+            share = texture_from_array(pixels, "RGBA32F")
+        else:
+            program = _ARRIVES.build()
+            share = texture_from_array(is_open[..., None], "R32F")
+        add_fullscreen(program, target, {"ray_open": share, "ray_arriving": arriving}, {})
 
 
 def _directions_pass(shadow: ShadowKind, single: bool, layout: SurfaceLayout) -> PassShader:
@@ -222,6 +227,7 @@ def _directions_pass(shadow: ShadowKind, single: bool, layout: SurfaceLayout) ->
             ("CELL_SPOTS", str(SPOTS)),
             *layout.defines,
             *((("ONE_DIRECTION", "1"),) if single else ()),
+            *((("SHADOW_HAS_TINT", "1"),) if shadow.tinted else ()),
         ),
     )
 

@@ -26,7 +26,8 @@ class EnvironmentRays:
         self._seen: SeenReceivers | None = None
 
     def open_share(self, surface: SurfaceBuffer, rays: NDArray[np.float32]) -> NDArray[np.float32]:
-        """(H, W): 1 where a ray meets nothing, else 0.
+        """(H, W), or (H, W, 3) where sheer surfaces cast shadows: 1 where a ray meets nothing, what
+        they let through where it meets such alone, else 0.
 
         Args:
             surface: where rays start.
@@ -41,6 +42,14 @@ class EnvironmentRays:
         start = receivers.starts(some)
         toward = rays[sent][:, :3].astype(np.float64)
         toward /= np.linalg.norm(toward, axis=1, keepdims=True)
-        result = np.zeros(sent.shape, dtype=np.float32)
-        result[sent] = ~self._rays.blocked(start.T, toward, np.full(len(toward), np.inf))
+        endless = np.full(len(toward), np.inf)
+        is_open = ~self._rays.blocked(start.T, toward, endless)
+        if not self._rays.dims:
+            result = np.zeros(sent.shape, dtype=np.float32)
+            result[sent] = is_open
+            return result
+        through = np.zeros((len(toward), 3), dtype=np.float32)
+        through[is_open] = self._rays.through(start.T[is_open], toward[is_open], endless[is_open])
+        result = np.zeros((*sent.shape, 3), dtype=np.float32)
+        result[sent] = through
         return result

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ...corrmap.sobol_points import sobol_bits
 from ..light_points.light_cells import SPOTS, unit_spots
 from .equirect import LUMINANCE, bilinear, direction_at, directions, solid_angles, texel_means
 
@@ -204,14 +205,6 @@ def _invert(cumulative: Array, u: Array) -> tuple[NDArray[np.int64], Array]:
 def sobol_points(first: int, count: int, seed: int = 0) -> Array:
     """(count, 2) points of the first two dimensions of Sobol's sequence, from number `first` on,
     with all digits turned by the seed's."""
-    index = np.arange(first, first + count, dtype=np.uint64)
-    x = np.zeros(count, dtype=np.uint64)
-    y = np.zeros(count, dtype=np.uint64)
-    direction = 1 << 31
-    for bit in range(32):
-        has = (index >> np.uint64(bit)) & np.uint64(1) == 1
-        x ^= np.where(has, np.uint64(1 << (31 - bit)), np.uint64(0))
-        y ^= np.where(has, np.uint64(direction), np.uint64(0))
-        direction ^= direction >> 1
+    bits = sobol_bits(np.arange(first, first + count).astype(np.uint32))
     turn = np.random.default_rng(seed).integers(0, 1 << 32, 2, dtype=np.uint64)
-    return np.stack([x ^ turn[0], y ^ turn[1]], axis=-1).astype(np.float64) / 2.0**32
+    return (bits ^ turn).astype(np.float64) / 2.0**32

@@ -8,6 +8,7 @@
 # make bench-relight   a light edit beside Cycles and EEVEE, and what lights and triangles cost
 # make bench-corrmap   a camera move beside EEVEE and Cycles, by cameras and triangles; BENCH_ARGS=--quick
 # make bench-indirect BENCH_ARGS="A.blend --cache DIR"   shading samples shared by pixels, beside none
+# make bench-instances   what keeping a repeated mesh once on the GPU saves, and what it costs
 # make accuracy    every kind of light on every lobe beside Cycles: docs/accuracy.md (an hour or two),
 #                  and make scene-accuracy
 # make scene-accuracy SCENES="A.blend B.blend"   whole scenes beside Cycles, in views that placement
@@ -28,7 +29,7 @@ WORKERS := --numprocesses auto --maxprocesses 8 --dist loadfile --no-loadscope-r
 	--max-worker-restart 2
 
 .PHONY: accuracy scene-accuracy demo test lint extension bench-placement bench-placement-quality \
-	bench-caching bench-corrmap bench-flight bench-indirect bench-relight write-back machine clean
+	bench-caching bench-corrmap bench-flight bench-indirect bench-instances bench-relight write-back machine clean
 
 demo: $(READY) machine
 	$(RUN) -m tools.demo --out out/demo
@@ -63,6 +64,9 @@ bench-flight: $(READY) machine
 
 bench-corrmap: $(READY) machine
 	$(RUN) -m benchmarks.corrmap $(BENCH_ARGS)
+
+bench-instances: $(READY) machine
+	$(RUN) -m benchmarks.instances $(BENCH_ARGS)
 
 bench-indirect: $(READY) machine
 	$(RUN) -m benchmarks.indirect $(BENCH_ARGS)

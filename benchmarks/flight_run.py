@@ -68,7 +68,7 @@ def run(args: argparse.Namespace, progress: Progress) -> None:
     stops += other_views(stops, arrays.geometry, OTHERS)
     flight = fly(stops, free, arrays.geometry, args.frames)
     frame = LocalFrame.of(arrays.geometry, tuple(stops), None)
-    near = replace(arrays.geometry, vertices=arrays.geometry.vertices - frame.origin)
+    near = replace(arrays.geometry, vertices=arrays.geometry.vertices - frame.origin, copies=())
     rays = RayCaster(near)
     # Whoever paints a mesh with two materials makes an edge, which a seam is not to answer for.
     materials = len(near.material_names)

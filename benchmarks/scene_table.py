@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,13 @@ from typing import Any
 from addon.caching.presets import PRESETS
 from tools.contact_sheet import Cell, Row, write_sheet
 
+from .kept_reference import BLOCK, FINER
+from .scene_run import FINER_BLOCKS, LEAST_DB
 from .scene_steps import read_json
 
 # What every view is to reach with the preset "final".
-LEAST_PSNR, LEAST_AWAY, LARGEST_FLIP, MOST_OPEN = 40.0, 45.0, 0.03, 0.001
-# A reference's noise this far below what was measured is no part of it.
-_MARGIN_DB = 6.0
+LEAST_PSNR, LEAST_AWAY = LEAST_DB["whole"], LEAST_DB["away_from_edges"]
+LARGEST_FLIP, MOST_OPEN = 0.03, 0.001
 
 HEAD = """# Accuracy in whole scenes
 
@@ -33,14 +34,37 @@ with each preset. Relume takes {samples} samples. PSNR is the paper's, of luma i
 display-encoded 8-bit picture; *away* leaves out 2 pixels about surfaces' edges and creases. SSIM is
 of luma, HDR-FLIP the mean of the picture. *Holes* are pixels of the surface that no caching camera
 sees, *open* those that neighbours did not fill, *left* what is open after surfaces were baked for
-the view (`relume relight --fill-holes`), with which the pictures are measured. The reference takes
-twice the samples while its noise is less than {margin:.0f} dB below what is measured and could hide
-the bounds below, at most a few times; (in brackets): it is a part of the figure, which would be
-better without. In dark pictures HDR-FLIP looks at noise as if through a camera's longest exposure,
-so that of the reference's own noise stands beside it. **Bold**: short of what is asked of the
-preset *final*, which is {psnr:.0f} dB, {away:.0f} dB away from edges, HDR-FLIP {flip} and
-{open:.1f} % left.
+the view (`relume relight --fill-holes`), with which the pictures are measured.
+
+The reference has noise (*noise at*), which makes every figure worse. It takes twice the samples
+while that noise could hide the bounds below, at most a few times. It is two renders of other
+seeds, which also says what a picture is off without any noise: in the product of what it is off the
+one and off the other, noise has a mean of zero (`Reference.noiseless_psnr`). That is the figure in
+brackets. Where that is short, up to {blocks} blocks of {block}x{block} pixels that hold most of the
+error are rendered again with {finer} times the samples: of a lamp's mirror image on thin trim, a
+thousandth of a pixel, both renders may have seen nothing. Of HDR-FLIP no such figure is known; that
+of the reference's noise alone stands beside it. In dark pictures it looks at noise as if through a
+camera's longest exposure. **Bold**: short of what is asked of the preset *final*, which is
+{psnr:.0f} dB, {away:.0f} dB away from edges, HDR-FLIP {flip} and {open:.1f} % left.
 """
+
+
+@dataclass(frozen=True)
+class Decibels:
+    """PSNR of luma: as measured, and without the reference's noise."""
+
+    measured: float
+    noiseless: float
+
+    @classmethod
+    def read(cls, part: Mapping[str, Any], noiseless: float | None) -> Decibels:
+        """Of an area's figures."""
+        return cls(_decibels(part["psnr_luma"]), _decibels(noiseless))
+
+    def marked(self, least: float) -> str:
+        """As the page shows it; bold where the picture itself falls short."""
+        text = f"{self.measured:.1f} ({self.noiseless:.1f})"
+        return text if self.noiseless >= least else f"**{text}**"
 
 
 @dataclass(frozen=True)
@@ -49,26 +73,24 @@ class ViewFigures:
 
     Attributes:
         name: the view's.
-        psnr, away: decibels; infinite for equal pictures, NaN for no pixels.
+        psnr, away: decibels, and without the reference's noise; infinite where there is no error.
         ssim, flip: means of the picture.
         holes, open, left: shares of the pixels that see a surface: that no caching camera sees,
             that neighbours did not fill either, and that are left after a bake for the view.
         fill_seconds: of that bake.
-        noisy: whether the reference's noise is a part of PSNR, and of that away from edges.
         seconds: of relighting.
         noise, flip_noise: of the reference, decibels and HDR-FLIP.
     """
 
     name: str
-    psnr: float
-    away: float
+    psnr: Decibels
+    away: Decibels
     ssim: float
     flip: float
     holes: float
     open: float
     left: float
     fill_seconds: float
-    noisy: tuple[bool, bool]
     seconds: float
     noise: float
     flip_noise: float
@@ -79,17 +101,16 @@ class ViewFigures:
         found, relit = read_json(folder / "figures.json"), read_json(folder / "relit.json")
         if found is None or relit is None:
             return None
-        if "flip_noise" not in found or "filling" not in relit:  # an earlier version's
+        if "without_noise" not in found or "filling" not in relit:  # an earlier version's
             return None
         whole, away = found["whole"], found["away_from_edges"]
-        values = [_decibels(part["psnr_luma"]) for part in (whole, away)]
-        noise = [_decibels(found["noise"][area]) for area in ("whole", "away_from_edges")]
-        noisy = [n < v + _MARGIN_DB for n, v in zip(noise, values, strict=True)]
+        noiseless = found["without_noise"]
         return cls(
-            folder.name, values[0], values[1], whole["ssim"], whole["flip"],
+            folder.name, Decibels.read(whole, noiseless["whole"]),
+            Decibels.read(away, noiseless["away_from_edges"]), whole["ssim"], whole["flip"],
             relit["hole_fraction"], relit["open_fraction"], relit["left_fraction"],
-            relit["filling"]["seconds"], (noisy[0], noisy[1]),
-            relit["seconds_relight"], noise[0], found["flip_noise"],
+            relit["filling"]["seconds"], relit["seconds_relight"],
+            _decibels(found["noise"]["whole"]), found["flip_noise"],
         )  # fmt: skip
 
 
@@ -107,14 +128,13 @@ class SceneFigures:
     def row(self) -> str:
         """Of the table of all scenes: the mean of the views, and the worst of them."""
         views, planned = self.views, self.plan["presets"][self.preset]
-        worst = [min(v.psnr for v in views), min(v.away for v in views)]
+        areas = [[v.psnr for v in views], [v.away for v in views]]
+        worst = [min(area, key=lambda found: found.noiseless) for area in areas]
         cells = [
             self.scene, self.preset, str(planned["cameras"]), f"{planned['texels'] / 1e6:.1f}",
             f"{self.bake['cache_bytes'] / 1e6:.0f}", f"{self.bake['seconds']:.0f}",
-            f"{_mean([v.psnr for v in views]):.1f} / "
-            + _marked(worst[0], LEAST_PSNR, any(v.noisy[0] for v in views)),
-            f"{_mean([v.away for v in views]):.1f} / "
-            + _marked(worst[1], LEAST_AWAY, any(v.noisy[1] for v in views)),
+            f"{_mean([v.psnr.measured for v in views]):.1f} / {worst[0].marked(LEAST_PSNR)}",
+            f"{_mean([v.away.measured for v in views]):.1f} / {worst[1].marked(LEAST_AWAY)}",
             f"{_mean([v.ssim for v in views]):.4f}",
             _most(max(v.flip for v in views), LARGEST_FLIP, "{:.3f}"),
             f"{100.0 * max(v.holes for v in views):.2f} %",
@@ -151,8 +171,8 @@ def write_page(path: Path, folders: Sequence[Path], samples: int) -> None:
         return
     lines = [
         HEAD.format(
-            samples=samples, margin=_MARGIN_DB, psnr=LEAST_PSNR, away=LEAST_AWAY,
-            flip=LARGEST_FLIP, open=100.0 * MOST_OPEN,
+            samples=samples, blocks=FINER_BLOCKS, block=BLOCK, finer=FINER, psnr=LEAST_PSNR,
+            away=LEAST_AWAY, flip=LARGEST_FLIP, open=100.0 * MOST_OPEN,
         )
     ]  # fmt: skip
     lines += _summary(scenes)
@@ -191,8 +211,8 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
     for scene in scenes:
         for view in scene.views:
             cells = [
-                scene.scene, view.name, _marked(view.psnr, LEAST_PSNR, view.noisy[0]),
-                _marked(view.away, LEAST_AWAY, view.noisy[1]), f"{view.ssim:.4f}",
+                scene.scene, view.name, view.psnr.marked(LEAST_PSNR),
+                view.away.marked(LEAST_AWAY), f"{view.ssim:.4f}",
                 _most(view.flip, LARGEST_FLIP, "{:.3f}"), f"{100.0 * view.holes:.2f} %",
                 f"{100.0 * view.open:.2f} %",
                 _most(100.0 * view.left, 100.0 * MOST_OPEN, "{:.2f} %"), f"{view.noise:.1f}",
@@ -221,7 +241,7 @@ def draw_sheets(folders: Sequence[Path]) -> None:
                 figures = ViewFigures.read(place)
                 if figures is None:
                     continue
-                words = f"{figures.psnr:.1f} dB, away {figures.away:.1f} dB"
+                words = f"{figures.psnr.measured:.1f} dB, away {figures.away.measured:.1f} dB"
                 cells += [
                     Cell(place / "relit.png", f"Relume, {preset}", words),
                     Cell(place / "difference.png", "Difference, 8 times",
@@ -240,12 +260,6 @@ def _decibels(value: float | None) -> float:
 
 def _mean(values: Sequence[float]) -> float:
     return sum(values) / len(values)
-
-
-def _marked(value: float, least: float, noisy: bool) -> str:
-    text = f"{value:.1f}"
-    text = f"({text})" if noisy else text
-    return text if value >= least else f"**{text}**"
 
 
 def _most(value: float, bound: float, form: str) -> str:

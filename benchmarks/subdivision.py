@@ -113,4 +113,5 @@ def _rebuilt(
         camera_visible=geometry.camera_visible[origin],
         shadow_visible=geometry.shadow_visible[origin],
         uv=uv,
+        copies=(),
     )

@@ -35,7 +35,7 @@ PRESET: Preset = "balanced"
 # Samples of a relit pixel, and of a reference's for each light. With more of the first (F12 has 16)
 # the error comes too near to the reference's noise to be measured in the time that a demo may take.
 SAMPLES = 5
-REFERENCE_SAMPLES = 56
+REFERENCE_SAMPLES = 80
 # What every view must reach: luma, whole picture and away from edges; and its most holes.
 LEAST_PSNR_DB = 30.0
 LEAST_PSNR_AWAY_DB = 36.0

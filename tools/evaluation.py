@@ -123,6 +123,10 @@ class EvaluatedView:
             "away_from_edges": result.report["away_from_edges"],
             "error_by_confidence": error_by_confidence(self.confidence, reference.rgb, relit.rgb),
             "reference": self._noise(samples, result.edge, result.report),
+            "psnr_luma_without_noise": {
+                "whole": self.reference.noiseless_psnr(relit.rgb),
+                "away_from_edges": self.reference.noiseless_psnr(relit.rgb, ~result.edge),
+            },
         }
 
     def _noise(

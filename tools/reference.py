@@ -87,6 +87,31 @@ class Reference:
             for name, mean in means.items()
         }
 
+    def noiseless_psnr(
+        self, image: NDArray[np.floating], mask: NDArray[np.bool_] | None = None
+    ) -> float | None:
+        """PSNR of a picture's luma against the noiseless reference, in decibels, estimated.
+
+        The two renders' noise is independent, so that in the product of what the picture is off
+        the one and off the other it has a mean of zero: what is left is the square of what the
+        picture is off the truth, whatever the noise. Encoding for a display bends noise a
+        little, which is of second order.
+
+        Args:
+            image: (H, W, 3), scene-linear.
+            mask: (H, W), the pixels that count; all without it.
+
+        Returns:
+            Infinite where nothing is left; None for no pixels.
+        """
+        shown = metrics.quantize(metrics.encode_srgb(image))
+        off = [
+            (shown - 255.0 * metrics.encode_srgb(self.half(number)[..., :3])) @ metrics.LUMA
+            for number in range(2)
+        ]
+        mean = metrics.mean_over(off[0] * off[1], mask)
+        return None if mean is None else metrics.psnr(max(mean, 0.0))
+
     def joined(self, other: Reference) -> Reference:
         """The mean with another reference of the same view and samples, but other seeds."""
         layers = {name: _mean(halves, other.layers[name]) for name, halves in self.layers.items()}
@@ -122,11 +147,13 @@ def prepare(scene: Any) -> None:
     cycles.transparent_max_bounces = max(cycles.transparent_max_bounces, MIN_TRANSPARENT_BOUNCES)
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0.0
     cycles.light_sampling_threshold = 0.0
-    cycles.use_animated_seed = False
+    cycles.use_animated_seed = cycles.use_sample_subset = False
+    cycles.film_exposure = 1.0
     cycles.use_fast_gi = cycles.use_guiding = False
     cycles.time_limit = 0.0
     # Persistent data keeps the passes that the first render had.
     layer = scene.view_layers[0]
+    layer.samples = 0
     layer.use_pass_z = layer.use_pass_object_index = layer.use_pass_emit = True
     for number, obj in enumerate(scene.objects, start=1):
         obj.pass_index = number
@@ -295,6 +322,10 @@ def render_passes(scene: Any, path: Path, samples: int, seed: int) -> PictureFil
     settings.exr_codec = "NONE"
     scene.render.filepath, scene.render.use_file_extension = str(path), False
     width, height = render_size(scene)
+    render = scene.render
+    if render.use_border and render.use_crop_to_border:
+        width = int((render.border_max_x - render.border_min_x) * width)
+        height = int((render.border_max_y - render.border_min_y) * height)
     size = width * height * 3 * np.dtype(np.float32).itemsize
     render_to(path, size, "the reference", layer=scene.view_layers[0].name)
     return read_picture(path)

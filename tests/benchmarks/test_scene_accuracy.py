@@ -34,7 +34,7 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
-def _relit(folder: Path, preset: str, psnr: float | None, noise: float) -> None:
+def _relit(folder: Path, preset: str, psnr: float | None, noiseless: float | None) -> None:
     _write(folder / preset / "bake.json", {"seconds": 5.0, "cache_bytes": 4_000_000})
     for view in VIEWS:
         place = folder / preset / view
@@ -45,7 +45,8 @@ def _relit(folder: Path, preset: str, psnr: float | None, noise: float) -> None:
         part = {"psnr_luma": psnr, "ssim": 0.99, "flip": 0.02}
         _write(place / "figures.json", {
             "whole": part, "away_from_edges": part,
-            "noise": {"whole": noise, "away_from_edges": noise}, "flip_noise": 0.004,
+            "noise": {"whole": 48.0, "away_from_edges": 50.0}, "flip_noise": 0.004,
+            "without_noise": {"whole": noiseless, "away_from_edges": noiseless},
         })  # fmt: skip
 
 
@@ -99,23 +100,25 @@ def test_a_step_takes_as_long_as_one_like_it_did(tmp_path: Path) -> None:
     assert later.seconds(Step("bake", "yard", "draft", 1e7)) == pytest.approx(step.least + 100.0)
 
 
-def test_the_page_marks_what_is_short_and_what_noise_hides(folder: Path, tmp_path: Path) -> None:
-    _relit(folder, "draft", 38.0, 50.0)
-    _relit(folder, "final", 46.0, 48.0)
+def test_the_page_marks_what_is_short_without_the_references_noise(
+    folder: Path, tmp_path: Path
+) -> None:
+    _relit(folder, "draft", 38.0, 38.5)
+    _relit(folder, "final", 39.0, 45.5)
     page = tmp_path / "page.md"
     write_page(page, [folder], 4)
     text = page.read_text(encoding="utf-8")
     rows = [line for line in text.splitlines() if line.startswith("| hall | Other 1")]
-    assert "| **38.0** | **38.0** |" in rows[0]
-    assert "| (46.0) | (46.0) |" in rows[1]
+    assert "| **38.0 (38.5)** | **38.0 (38.5)** |" in rows[0]
+    assert "| 39.0 (45.5) | 39.0 (45.5) |" in rows[1]
     assert "| 2.00 % | 0.40 % | **0.20 %** |" in rows[0]
     assert "| hall | draft | 3 |" in text
 
 
 def test_equal_pictures_count_as_infinitely_near(folder: Path, tmp_path: Path) -> None:
-    _relit(folder, "draft", None, 60.0)
+    _relit(folder, "draft", None, None)
     found = read_scenes([folder])[0].views[0]
-    assert found.psnr == float("inf")
+    assert found.psnr.measured == found.psnr.noiseless == float("inf")
     write_page(tmp_path / "page.md", [folder], 4)
     assert "inf" in (tmp_path / "page.md").read_text(encoding="utf-8")
 

@@ -108,7 +108,8 @@ def bake_trees(trees: Sequence[Tree], folder: Path, frame: int = 1) -> BakedTree
         }
     scene.frame_set(frame)
     camera = replace(camera_above((0, 0, 0), 0.5 * SIDE), resolution=SIDE * TEXELS)
-    store, _ = bake(scene, [camera], folder / "cache")
+    # Probes are of texels' centres, and so are the values of drafts.
+    store, _ = bake(scene, [camera], folder / "cache", preset="draft")
     probes = _probe(scene, camera, trees, probed, folder)
     return BakedTrees(trees, store.plan, store.read_camera(0), probes)
 

@@ -50,3 +50,22 @@ def test_which_normals_are_the_mesh_s_own() -> None:
     older = plan.to_json()
     del older["mesh_normals"]
     assert not ChannelPlan.from_json(older).mesh_normals
+
+
+def test_a_diffuse_material_has_no_layer_beside_those_that_have_one() -> None:
+    """The one layer of all other materials is no constant of the scene: it would dim the base."""
+    layered = Lobes.of(
+        Lobe(
+            diffuse_color=GREY,
+            layer_f0=Constant((0.04,)),
+            layer_f90=Constant((1.0,)),
+            specular_f0=GREY,
+            specular_f90=GREY,
+        )
+    )
+    plain = Lobes.of(Lobe(diffuse_color=GREY))
+    plan = plan_channels(["layered", "plain"], [layered, plain], [()] * 2, has_ambient=False)
+    assert plan.material_constants["layer_f0"] == ((0.04,), (0.0,))
+    assert plan.material_constants["layer_f90"] == ((1.0,), (0.0,))
+    alone = plan_channels(["plain"], [plain], [()], has_ambient=False)
+    assert not {"layer_f0", "layer_f90"} & {*alone.constants, *alone.material_constants}

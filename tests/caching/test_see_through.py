@@ -57,21 +57,32 @@ WHITE = (1.0, 1.0, 1.0, 1.0)
 RED = (1.0, 0.2, 0.1, 1.0)
 BLACK = (0.0, 0.0, 0.0, 1.0)
 
-# What builds a material, whether it is cut away, and whether a line says so.
-MATERIALS: dict[str, tuple[Build, bool, bool]] = {
-    "clear": (lambda tree: node(tree, "BsdfTransparent", Color=WHITE), True, False),
-    "tinted": (lambda tree: node(tree, "BsdfTransparent", Color=RED), True, True),
-    "black": (lambda tree: node(tree, "BsdfTransparent", Color=BLACK), False, False),
-    "alpha 0.3": (lambda tree: node(tree, "BsdfPrincipled", Alpha=0.3), True, True),
-    "alpha 0.7": (lambda tree: node(tree, "BsdfPrincipled", Alpha=0.7), False, True),
-    "half": (half(WHITE, 0.5), False, True),
-    "more than half": (half(WHITE, 0.6), True, True),
-    "tinted half": (half(RED, 0.6), True, True),
-    "pane by Fresnel": (pane("Fresnel", "Factor", IOR=1.45), True, True),
-    "pane by Layer Weight": (pane("LayerWeight", "Fresnel", Blend=0.3), True, True),
-    "pane by facing": (pane("LayerWeight", "Facing", Blend=0.3), True, True),
-    "mirror": (pane("Fresnel", "Factor", IOR=20.0), False, True),
-    "glass": (lambda tree: node(tree, "BsdfGlass"), False, True),
+
+def added(tree: Any) -> Any:
+    """What glows and hides nothing."""
+    both = tree.nodes.new("ShaderNodeAddShader")
+    for number, kind in enumerate(("BsdfTransparent", "Emission")):
+        tree.links.new(node(tree, kind).outputs[0], both.inputs[number])
+    return both
+
+
+# What builds a material, what passes straight through (None where all or nothing does, and it is
+# cut away or opaque), whether it is cut away, and whether a line says that it is shown otherwise.
+MATERIALS: dict[str, tuple[Build, tuple[float, ...] | None, bool, bool]] = {
+    "clear": (lambda tree: node(tree, "BsdfTransparent", Color=WHITE), None, True, False),
+    "tinted": (lambda tree: node(tree, "BsdfTransparent", Color=RED), RED[:3], False, False),
+    "black": (lambda tree: node(tree, "BsdfTransparent", Color=BLACK), None, False, False),
+    "alpha 0.3": (lambda tree: node(tree, "BsdfPrincipled", Alpha=0.3), (0.7,) * 3, False, False),
+    "alpha 0.7": (lambda tree: node(tree, "BsdfPrincipled", Alpha=0.7), (0.3,) * 3, False, False),
+    "half": (half(WHITE, 0.5), (0.5,) * 3, False, False),
+    "more than half": (half(WHITE, 0.6), (0.6,) * 3, False, False),
+    "tinted half": (half(RED, 0.6), (0.6, 0.12, 0.06), False, False),
+    "added": (added, (1.0,) * 3, False, False),
+    "pane by Fresnel": (pane("Fresnel", "Factor", IOR=1.45), (0.9663,) * 3, False, True),
+    "pane by Layer Weight": (pane("LayerWeight", "Fresnel", Blend=0.3), (0.9689,) * 3, False, True),
+    "pane by facing": (pane("LayerWeight", "Facing", Blend=0.3), (1.0,) * 3, False, True),
+    "mirror": (pane("Fresnel", "Factor", IOR=20.0), (0.1814,) * 3, False, True),
+    "glass": (lambda tree: node(tree, "BsdfGlass"), None, False, True),
 }
 
 
@@ -105,17 +116,26 @@ def is_cut(material: Any) -> bool:
 
 
 def test_the_view_and_the_bake_agree(scene: Any) -> None:
-    for name, (build, _, _) in MATERIALS.items():
+    for name, (build, _, _, _) in MATERIALS.items():
         material = add_material(name)
         shader = build(material.node_tree)
         material.node_tree.links.new(shader.outputs[0], output_of(material).inputs["Surface"])
     geometry = read_geometry(bpy.context.evaluated_depsgraph_get())
     with specialized(tuple(MATERIALS), 0) as (plan, baked):
         transparency = {each.name: each.lobes.transparency for each in baked}
+        is_sheer = {each.name: each.is_sheer for each in baked}
         said = {str(item) for item in plan.approximations} | set(geometry.warnings)
-    for name, (_, cut, named) in MATERIALS.items():
+    sheers = {geometry.material_names[each.material_id]: each for each in geometry.sheers}
+    for name, (_, through, cut, named) in MATERIALS.items():
         value = float(np.mean(getattr(transparency[name], "values", (0.0,))))
-        assert (value > 0.5) == cut, (name, value)
+        assert is_sheer[name] == (name in sheers) == (through is not None), name
+        if through is not None:
+            assert sheers[name].transmission == pytest.approx(
+                np.array(through)[None, None], abs=1e-4
+            )
+            assert value == pytest.approx(np.mean(through), abs=1e-4), name
+        else:
+            assert (value > 0.5) == cut, (name, value)
         assert is_cut(bpy.data.materials[name]) == cut, name
         assert any(f"'{name}'" in line for line in said) == named, (name, said)
 
@@ -150,3 +170,12 @@ def test_the_worlds_volume_is_named_however_black_it_is(scene: Any) -> None:
     (said,) = world_warnings(bpy.context.evaluated_depsgraph_get())
     assert "'Fog'" in said
     assert "volume" in said
+
+
+@pytest.mark.parametrize("has_world", [False, True])
+def test_the_films_exposure_is_named(scene: Any, has_world: bool) -> None:
+    scene.world = bpy.data.worlds.new("Sky") if has_world else None
+    assert world_warnings(bpy.context.evaluated_depsgraph_get()) == ()
+    scene.cycles.film_exposure = 2.5
+    (said,) = world_warnings(bpy.context.evaluated_depsgraph_get())
+    assert "film exposure of 2.5" in said

@@ -17,15 +17,31 @@ class Camera:
 
 
 @dataclass
+class Read:
+    """A framebuffer, with what lies behind sheer surfaces."""
+
+    name: str
+    behind: int = 0
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        return (self.name, *(f"{self.name}, behind {n + 1}" for n in range(self.behind)))
+
+
+@dataclass
 class Store:
     """`cameras` are a cache's finished ones: of 0 to 7, say, these."""
 
     cameras: tuple[Camera, ...] = (Camera(7), Camera(2), Camera(5))
+    behind: dict[int, int] = field(default_factory=dict)
     read: list[int] = field(default_factory=list)
 
-    def read_camera(self, number: int) -> str:
+    def pictures_of(self, number: int) -> int:
+        return 1 + self.behind.get(number, 0)
+
+    def read_camera(self, number: int) -> Read:
         self.read.append(number)
-        return f"framebuffer {number}"
+        return Read(f"framebuffer {number}", self.behind.get(number, 0))
 
 
 def test_each_is_read_when_it_is_asked_for() -> None:
@@ -43,3 +59,21 @@ def test_each_is_read_when_it_is_asked_for() -> None:
 
 def test_a_cache_without_a_finished_camera_is_empty() -> None:
     assert not StoredFramebuffers(cast("Any", Store(cameras=())))
+
+
+def test_what_lies_behind_comes_after_its_camera() -> None:
+    store = Store(behind={2: 2})
+    framebuffers = StoredFramebuffers(cast("Any", store))
+    assert [str(one) for one in framebuffers] == [
+        "framebuffer 7",
+        "framebuffer 2",
+        "framebuffer 2, behind 1",
+        "framebuffer 2, behind 2",
+        "framebuffer 5",
+    ]
+    # Of each file all is read at once, and not kept any longer.
+    assert store.read == [7, 2, 5]
+    assert cast("Any", framebuffers[3]) == "framebuffer 2, behind 2"
+    assert cast("Any", framebuffers[2]) == "framebuffer 2, behind 1"
+    assert cast("Any", framebuffers[0]) == "framebuffer 7"
+    assert store.read == [7, 2, 5, 2, 2, 7]

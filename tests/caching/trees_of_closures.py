@@ -85,6 +85,13 @@ def principled_fields(
     return {name: value for name, value in fields.items() if np.any(value) or name in kept}
 
 
+def weighted(fields: dict[str, Any], weight: float) -> dict[str, Any]:
+    """The fields of a lobe that has so much of the material: of a layer before what lies behind."""
+    names = ("diffuse_color", "specular_f0", "specular_f90", "specular_dip")
+    shares = ("dielectric", "diffuse_share", "specular_share")
+    return fields | {name: weight * fields[name] for name in (*names, *shares) if name in fields}
+
+
 def principled(name: str, effects: tuple[str, ...] = (), **inputs: Any) -> Tree:
     """A Principled BSDF with these inputs, by the names of `principled_fields`."""
     labels = {
@@ -391,20 +398,16 @@ OTHERS = [
     Tree(
         "stained glass pane",
         closure("ShaderNodeBsdfTransparent", Color=(0.9, 0.8, 0.7)),
-        effects=("tinted transparency is shown as clear",),
-        hole=True,
     ),
     Tree(
         "mostly there",
         closure("ShaderNodeBsdfPrincipled", Base_Color=BASE, Alpha=0.75),
-        [principled_fields(base=BASE)],
-        effects=("75 %",),
+        [weighted(principled_fields(base=BASE), 0.75)],
     ),
     Tree(
         "hardly there",
         closure("ShaderNodeBsdfPrincipled", Base_Color=BASE, Alpha=0.25),
-        effects=("25 %",),
-        hole=True,
+        [weighted(principled_fields(base=BASE), 0.25)],
     ),
     Tree("no output", lambda tree, output: tree.nodes.remove(output)),
     Tree("no surface", lambda tree, output: None),

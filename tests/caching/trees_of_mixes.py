@@ -189,14 +189,12 @@ TOWERS = [
     Tree(
         "mostly there mix",
         surface(lambda tree: mix(tree, 0.75, clear(tree), diffuse(tree, RED))),
-        [{"diffuse_color": RED}],
-        effects=("75 %",),
+        [{"diffuse_color": 0.75 * RED, "diffuse_share": 0.75}],
     ),
     Tree(
         "hardly there mix",
         surface(lambda tree: mix(tree, 0.25, clear(tree), diffuse(tree, RED))),
-        effects=("25 %",),
-        hole=True,
+        [{"diffuse_color": 0.25 * RED, "diffuse_share": 0.25}],
     ),
     Tree(
         "clear below a mix",
@@ -205,8 +203,7 @@ TOWERS = [
                 tree, 0.5, mix(tree, 0.5, clear(tree), diffuse(tree, RED)), glossy(tree, GOLD)
             )
         ),
-        [{"diffuse_color": 0.25 / 0.75 * RED} | gloss(0.5 / 0.75 * GOLD, share=0.5 / 0.75)],
-        effects=("75 %",),
+        [{"diffuse_color": 0.25 * RED, "diffuse_share": 0.25} | gloss(0.5 * GOLD, share=0.5)],
     ),
 ]  # fmt: skip
 

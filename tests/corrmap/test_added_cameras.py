@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.plan import ChannelPlan
+from addon.scene.geometry import Sheer
 from tests import synthetic
 from tests.corrmap.test_correspondence import STORED, Setup, channel_of, make_setup
 
@@ -180,3 +181,22 @@ def test_neighbours_of_the_same_material_beside_the_surface_fill_small_holes(
     assert (depth[beside] < 3.5).all()
     flat = channel_of(surface, "normal")[beside.ravel()]
     assert np.abs(flat - origin[..., :3][beside]).max() < 1e-3
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_masks_of_new_materials_are_theirs_alone(
+    gpu_context: None, setup: Setup, others: int
+) -> None:
+    """Materials that the cache does not know share a number: no mask may be that of them all."""
+    from addon.corrmap.surface_sampler import SurfaceSampler
+
+    names = ("one", "new 1", "new 2")[: 2 + others]
+    clear = np.full((1, 1, 3), 0.5, dtype=np.float32)
+    outside = np.zeros(3, dtype=np.float32)
+    sheers = tuple(Sheer(i, clear, "REPEAT", outside) for i in (0, 1))
+    geometry = replace(setup.geometry, material_names=names, sheers=sheers)
+    shown = SurfaceSampler(
+        geometry, setup.framebuffers[:1], PLAN, cache_budget=1 << 30, drop=False
+    ).geometry
+    named = [shown.material_names[each.material_id] for each in shown.sheers]
+    assert named == ["one", ""][: 2 - others]

@@ -9,8 +9,8 @@ from typing import cast
 import numpy as np
 import pytest
 
-from addon.scene.cutout_reader import Extension
 from addon.scene.geometry import Cutout
+from addon.scene.mask_value_reader import Extension
 from tests import synthetic
 from tests.reference.cutout import mask_alpha
 
@@ -52,8 +52,9 @@ def test_fragments_are_cut_as_the_twin_says(gpu_context: None, extension: str) -
 
 
 def test_a_pass_without_cutouts_refuses_them(gpu_context: None) -> None:
-    from addon.corrmap.geometry_buffer import GeometryBuffer, build_raster_program
-    from addon.corrmap.visible_surface import _PASS
+    from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.raster_program import build_raster_program
+    from addon.relight.shadows.shadow_pass import _PASS
 
     corners = np.array([[-1.0, 0, -1], [1.0, 0, -1], [1.0, 0, 1]])
     geometry = synthetic.geometry_of([(corners, np.array([[0, 1, 2]]))])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.corrmap.normal_bend import DEVIATION
+from addon.corrmap.pixel_bend import DEVIATION
 from tests import synthetic
 from tests.corrmap.test_correspondence import Setup, make_setup, pixel_centres
 from tests.corrmap.test_shading_normals import bent, sure

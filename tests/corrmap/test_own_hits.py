@@ -14,6 +14,7 @@ from addon.caching.plan import ChannelPlan
 from addon.corrmap.bent_surfaces import BentSurfaces
 from addon.corrmap.pixel_lists import ListBuilder, PixelLists
 from addon.corrmap.surface_layout import SurfaceLayout
+from addon.corrmap.triangle_codes import TriangleCodes
 from addon.scene.geometry import SceneGeometry
 from addon.scene.octahedral import to_codes
 from tests import synthetic
@@ -71,7 +72,9 @@ def table() -> NDArray[np.float32]:
 
 def test_turns_are_the_normals_derivative() -> None:
     geometry = bent(synthetic.room_with_box())
-    found = BentSurfaces.of(geometry, np.arange(len(geometry)), SurfaceLayout(PLAN), table())
+    found = BentSurfaces.of(
+        geometry, TriangleCodes.of_all(len(geometry)), SurfaceLayout(PLAN), table()
+    )
     assert found is not None
     corner = geometry.vertices[geometry.triangles]
     middle, step = corner.mean(axis=1), 1e-4
@@ -91,14 +94,15 @@ def test_turns_are_the_normals_derivative() -> None:
 
 
 def test_only_what_has_highlights_is_bent() -> None:
-    found = BentSurfaces.of(tube(0.1), np.arange(18), SurfaceLayout(PLAN), table())
+    codes = TriangleCodes.of_all(18)
+    found = BentSurfaces.of(tube(0.1), codes, SurfaceLayout(PLAN), table())
     assert found is not None
     assert found.widest[1] == pytest.approx(0.09)
     assert np.isinf(found.widest[0])  # nothing is seen there
     dull = SurfaceLayout(replace(PLAN, constants={}))
-    assert BentSurfaces.of(tube(0.1), np.arange(18), dull, table()) is None
+    assert BentSurfaces.of(tube(0.1), codes, dull, table()) is None
     flat = replace(tube(0.1), corner_normals=None)
-    assert BentSurfaces.of(flat, np.arange(18), SurfaceLayout(PLAN), table()) is None
+    assert BentSurfaces.of(flat, codes, SurfaceLayout(PLAN), table()) is None
 
 
 def made_lists(
@@ -115,7 +119,7 @@ def made_lists(
         synthetic.looking_at((0.3, -4.0, 0.2), (0.0, 0.0, 0.0)), *SIZE, 0.9
     )
     buffer = GeometryBuffer(geometry, view.origin)
-    found = BentSurfaces.of(geometry, buffer.scene_triangle, SurfaceLayout(PLAN), table())
+    found = BentSurfaces.of(geometry, buffer.codes, SurfaceLayout(PLAN), table())
     assert found is not None
     looks = ViewLooks(view, VisibleSurfacePass(buffer))
     own = looks.pinhole(0)

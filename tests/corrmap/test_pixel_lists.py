@@ -258,3 +258,24 @@ def test_the_gpu_and_numpy_agree_on_what_one_surface_is() -> None:
     single = [twin.same_surface(*(each[0, i] for each in (p, n, q, m))) for i in range(64)]
     assert single == want[0].tolist()
     assert twin.MOST_BEND == MOST_BEND
+
+
+@pytest.mark.parametrize("most", [4, 6, 9, 12])
+def test_light_of_layers_beyond_the_most_is_not_lost(most: int) -> None:
+    """Two layers before all of four pixels, with room for samples of some of them."""
+
+    def sheet(depth: float) -> tuple[NDArray[np.float32], ...]:
+        position = np.full((2, 2, 4), 1.0, dtype=np.float32)
+        position[..., 2] = depth
+        return position, np.ones((2, 2, 3), np.float32), np.ones((2, 2, 2), np.float32)
+
+    behind, *layers = (sheet(depth) for depth in (3.0, 1.0, 2.0))
+    builder = ListBuilder(behind[0], behind[1], most, [(a, b, c) for a, b, c in layers])
+    builder.add_none()
+    shares = [0.125, 1.0, 0.5]
+    lists = builder.finish([np.full((2, 2, 3), share, np.float32) for share in shares])
+    assert len(lists.cell) == most - 4
+    assert lists.sample.max() < most
+    assert np.array_equal(lists.count > 0, np.ones(4, dtype=bool))
+    light = np.add.reduceat(lists.weight, lists.first, axis=0)
+    assert light == pytest.approx(np.full((4, 3), sum(shares)))

@@ -141,3 +141,40 @@ def test_shading_samples_have_it_where_they_are_shaded(gpu_context: None, setup:
         expected = shading_normals(geometry, triangle, place) * np.sign(side)[:, None]
         found = channel_of(surface, "normal")[mesh]
         assert np.linalg.norm(found - expected, axis=1)[one].max() < ROUNDING
+
+
+def test_normals_come_with_what_rays_see(gpu_context: None, setup: Setup) -> None:
+    """The pass that finds what is seen gives the same normals, and the same turns of them, as those
+    that ask for them afterwards."""
+    from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.local_scene import LocalScene
+    from addon.corrmap.normal_bend import NormalBendPass
+    from addon.corrmap.shading_normals import ShadingNormalPass
+    from addon.corrmap.traced_triangles import TrianglesByRay
+    from addon.corrmap.visible_surface import VisibleSurfacePass
+    from addon.glsl.shader import read_texture
+
+    geometry, view = setup.geometry, setup.view
+    buffer, scene = GeometryBuffer(geometry, view.origin), LocalScene(geometry, view.origin)
+    scene.mesh(geometry.camera_visible)
+    by_ray = TrianglesByRay(buffer, scene, 0, software=True)
+    seen = VisibleSurfacePass(buffer).draw_traced(
+        view, (0.0, 0.0), by_ray, normals=True, bends=True
+    )
+    assert seen is not None
+    assert seen.shading_normal is not None
+    assert seen.bend is not None
+    alone = replace(seen, shading_normal=None, bend=None)
+    normals, bends = ShadingNormalPass(buffer), NormalBendPass(buffer)
+    assert normals.draw(seen) is seen.shading_normal
+    assert bends.of(seen).texture(1) is seen.bend
+    found, given = read_texture(normals.draw(alone)), read_texture(seen.shading_normal)
+    assert found[..., :3].any()
+    # Two programs may round in another order.
+    np.testing.assert_allclose(given, found, atol=1e-5)
+    found, given = read_texture(bends.of(alone).texture(1)), read_texture(seen.bend)
+    assert found.any()
+    # The direction of what varies most may be told by either sign.
+    lengths = [np.linalg.norm(values[..., :3], axis=-1) for values in (found, given)]
+    np.testing.assert_allclose(lengths[1], lengths[0], rtol=1e-3, atol=1e-5)
+    np.testing.assert_allclose(given[..., 3], found[..., 3], rtol=1e-2, atol=1e-4)

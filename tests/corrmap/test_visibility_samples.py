@@ -164,7 +164,7 @@ def test_samples_see_what_rays_meet(
         # A million metres away the matrices' own rounding moves outlines a little more.
         sure = away_from_outlines(there, sample.view, clips, sample.offset, 0.02)
         assert sure.mean() > 0.9
-        number = drawn.triangle_numbers().ravel()
+        number = drawn.scene_triangles().ravel()
         assert np.array_equal(number[sure], seen.triangle[sure])
         assert len(np.unique(number)) > 4
         sure &= number >= 0

@@ -57,8 +57,7 @@ def check(
         drawn = found_by_ray
     else:
         drawn = surfaces.draw(view, offset, with_objects=True)
-    number = drawn.triangle_numbers().ravel()
-    triangle = np.where(number >= 0, buffer.scene_triangle[number], -1)
+    triangle = drawn.scene_triangles().ravel()
     found = read_texture(drawn.position).reshape(-1, 4).astype(np.float64)
     normal = read_texture(drawn.normal).reshape(-1, 4).astype(np.float64)
     assert drawn.objects is not None
@@ -276,8 +275,8 @@ def test_a_region_is_a_part_of_the_picture(gpu_context: None) -> None:
     view = room_view(1.0, np.zeros(3), 0.01, 100.0)
     surfaces = VisibleSurfacePass(GeometryBuffer(synthetic.room_with_box(), view.origin))
     region = view.region(7, 5, 30, 29)
-    whole = surfaces.draw(view).triangle_numbers()[5:29, 7:30]
-    part = surfaces.draw(region).triangle_numbers()
+    whole = surfaces.draw(view).scene_triangles()[5:29, 7:30]
+    part = surfaces.draw(region).scene_triangles()
     sure = away_from_outlines(synthetic.room_with_box(), region, (0.01, 100.0)).reshape(part.shape)
     assert np.array_equal(part[sure], whole[sure])
     points = np.random.default_rng(1).normal(size=(20, 3))

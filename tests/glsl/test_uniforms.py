@@ -102,11 +102,12 @@ def test_the_shader_reads_what_was_packed(
 
 
 def test_unknown_textures_are_named(gpu_context: None) -> None:
-    from addon.corrmap.geometry_buffer import build_raster_program
-    from addon.corrmap.visible_surface import _PASS
+    from addon.corrmap.raster_program import build_raster_program
     from addon.glsl import shader
+    from addon.relight.shadows.shadow_pass import _PASS
 
     program = build_raster_program(_PASS, with_cutouts=False).opaque
+    assert program is not None
     with pytest.raises(KeyError, match="ghost"):
         program.bind({"ghost": shader.texture_2d(1, 1)}, {})
 

@@ -11,6 +11,7 @@ import pytest
 from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.corrmap.local_scene import LocalScene, TrianglePlanes
 from addon.corrmap.visible_surface import VisibleSurfacePass
+from addon.glsl.shader import read_texture
 from addon.relight.shadows.receivers import SeenReceivers, find_triangles
 from tests import synthetic
 from tests.reference.surfaces import surfaces
@@ -50,7 +51,8 @@ def test_rasterized_triangles(gpu_context: None, scale: float, offset: float) ->
     assert len(np.unique(triangle)) > 5
     known = seen.receivers
     start, facing = known.place.T, known.normal.T
-    by_rays = find_triangles(scene, buffer, seen.rasterized, known.normal)
+    rasterized = read_texture(drawn.position)[..., :3].reshape(-1, 3).T
+    by_rays = find_triangles(scene, buffer, rasterized, known.normal)
     # But where two meet.
     assert np.mean(by_rays == triangle) > 0.98
 

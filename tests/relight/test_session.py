@@ -47,6 +47,9 @@ class MemoryStore:
     def cameras(self) -> list[CachingCamera]:
         return [framebuffer.camera for framebuffer in self.framebuffers]
 
+    def pictures_of(self, number: int) -> int:
+        return len(self.read_camera(number).pictures)
+
     def read_camera(self, number: int) -> DeepFramebuffer:
         return next(f for f in self.framebuffers if f.camera.id == number)
 
@@ -498,6 +501,65 @@ def test_a_camera_move_equals_a_new_session(gpu_context: None, room: Any) -> Non
     # differs, and what lies on an edge of a shadow or triangle.
     difference = np.abs(moved.render().combined - fresh.render().combined).max(axis=-1)
     assert np.percentile(difference, 98) < 1e-5
+
+
+def test_the_first_picture_after_a_move_has_fewer_rays(
+    gpu_context: None, room: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is that of a new session but for few pixels; an edit of a light has all rays, and so has
+    all that comes later. All lights have their times."""
+    from addon.glsl.shader import read_texture
+    from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
+
+    drawn: list[tuple[bool, int]] = []
+    real = TracedShadowPass.draw
+
+    def draw(self: Any, *args: Any, **options: Any) -> TracedShadow:
+        shadow = real(self, *args, **options)
+        drawn.append((options["sparse"], shadow.rays))
+        return shadow
+
+    monkeypatch.setattr(TracedShadowPass, "draw", draw)
+    geometry, store, _ = room
+    lights = [point_light("A", (1, 1, 1.5)), point_light("B", (-1, 1, 1.2))]
+
+    def first_picture(session: Any) -> Any:
+        drawn.clear()
+        while session.shown_stride != 1:
+            session.step()
+        return read_texture(session.draw_combined())
+
+    def open_traced(place: tuple[float, float, float]) -> Any:
+        camera = synthetic.looking_at(place, (0.3, 0.2, -0.6))
+        looks = synthetic.perspective_view(camera, 192, 144, 1.0)
+        session = open_session((geometry, store, looks), 8)
+        session.set_shadows(ShadowSettings(method="traced"))
+        session.set_lights(lights)
+        return session, looks
+
+    fresh, other = open_traced((-1.4, -1.5, 1.2))
+    whole = first_picture(fresh)
+    every = sum(rays for _, rays in drawn)
+    assert [sparse for sparse, _ in drawn] == [False, False]
+    moved, _ = open_traced((-1.5, -1.6, 0.9))
+    first_picture(moved)
+    moved.set_view(other)
+    few = first_picture(moved)
+    assert [sparse for sparse, _ in drawn] == [True, True]
+    assert sum(rays for _, rays in drawn) < 0.5 * every
+    difference = np.abs(few - whole).max(axis=-1)
+    assert np.mean(difference > 1e-4 * whole.max()) < 0.01
+    graph = moved.graph
+    assert all(graph.seconds(f"Light {name}") is not None for name in "AB")
+    # An edit, and what comes after the first picture.
+    moved.set_lights([point_light("A", (1, 0.9, 1.5)), lights[1]])
+    first_picture(moved)
+    assert [sparse for sparse, _ in drawn] == [False]
+    drawn.clear()
+    while moved.step():
+        pass
+    assert drawn
+    assert not any(sparse for sparse, _ in drawn)
 
 
 def test_moved_objects_are_seen_moved(gpu_context: None, room: Any) -> None:

@@ -72,7 +72,7 @@ def test_few_samples_find_the_highlight(monkeypatch: pytest.MonkeyPatch) -> None
     got = rendered(geometry, 16, 64)
     with monkeypatch.context() as patch:
         # The truth, and what came of it before: lobes as narrow as the material says.
-        patch.setattr("addon.corrmap.normal_bend.DEVIATION", 0.0)
+        patch.setattr("addon.corrmap.pixel_bend.DEVIATION", 0.0)
         want = rendered(geometry, 400, 0)
         patch.setattr("addon.corrmap.bent_surfaces.BentSurfaces.of", lambda *_: None)
         plain = rendered(geometry, 16, 64)

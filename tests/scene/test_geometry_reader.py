@@ -161,7 +161,9 @@ def test_image_cutouts_are_read(scene: bpy.types.Scene, threshold: bool) -> None
     plane.data.uv_layers.new(name="UVMap")
     plane.data.materials.append(leaf_material(threshold))
     geometry = read(scene)
-    (cutout,) = geometry.cutouts
+    # Without a threshold most of its texels are in between.
+    (cutout,) = geometry.cutouts if threshold else [each.at_half for each in geometry.sheers]
+    assert len(geometry.cutouts) + len(geometry.sheers) == 1
     assert cutout.alpha.shape == (2, 4)
     assert ((cutout.alpha >= 0.5) == [[False, False, True, True]] * 2).all()
     assert geometry.uv is not None
@@ -418,17 +420,17 @@ def test_particle_hair_is_named(scene: bpy.types.Scene) -> None:
 
 
 @pytest.mark.parametrize(
-    ("alpha", "tint", "text"),
+    ("alpha", "tint", "through"),
     [
         (1.0, 1.0, None),
-        (0.7, 1.0, "it is see-through (alpha 0.70); the view shows it as opaque"),
-        (0.3, 1.0, "it is see-through (alpha 0.30); the view shows it as not there"),
+        (0.7, 1.0, (0.3, 0.3, 0.3)),
+        (0.3, 1.0, (0.7, 0.7, 0.7)),
         (0.0, 1.0, None),
-        (0.0, 0.5, "it tints what lies behind, which the view shows as if it did not"),
+        (0.0, 0.5, (0.5, 1.0, 1.0)),
     ],
 )
-def test_partial_alpha_is_named(
-    scene: bpy.types.Scene, alpha: float, tint: float, text: str | None
+def test_partial_alpha_is_a_layer(
+    scene: bpy.types.Scene, alpha: float, tint: float, through: tuple[float, ...] | None
 ) -> None:
     material = bpy.data.materials.new("Veil")
     material.use_nodes = True
@@ -440,7 +442,50 @@ def test_partial_alpha_is_named(
     links.new(nodes["Principled BSDF"].outputs[0], mix.inputs[2])
     links.new(mix.outputs[0], nodes["Material Output"].inputs["Surface"])
     add_mesh(scene, "Cloth").data.materials.append(material)
-    assert read(scene).warnings == (() if text is None else (f"material 'Veil': {text}",))
+    geometry = read(scene)
+    assert geometry.warnings == ()
+    found = [each.transmission[0, 0] for each in geometry.sheers]
+    assert len(found) == (through is not None)
+    if through is not None:
+        assert found[0] == pytest.approx(through)
+        assert geometry.is_sheer.all()
+
+
+def test_partial_alpha_that_cannot_be_read_is_named(scene: bpy.types.Scene) -> None:
+    """A tint by a picture with an alpha of its own; the mask alone can be read."""
+    material = bpy.data.materials.new("Veil")
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    clear, picture = nodes.new("ShaderNodeBsdfTransparent"), nodes.new("ShaderNodeTexImage")
+    picture.image = bpy.data.images.new("Tint", 2, 2, alpha=True)
+    picture.image.pixels.foreach_set(np.full(16, 0.5, dtype=np.float32))
+    links.new(picture.outputs[0], clear.inputs["Color"])
+    links.new(clear.outputs[0], nodes["Material Output"].inputs["Surface"])
+    add_mesh(scene, "Cloth").data.materials.append(material)
+    geometry = read(scene)
+    assert not geometry.sheers
+    text = "it tints what lies behind, which the view shows as if it did not"
+    assert geometry.warnings == (f"material 'Veil': {text}",)
+
+
+@pytest.mark.parametrize(("alpha", "is_named"), [(1.0, False), (0.7, True), (0.3, True)])
+def test_partial_alpha_in_a_group_is_named(
+    scene: bpy.types.Scene, alpha: float, is_named: bool
+) -> None:
+    group = bpy.data.node_groups.new("Glaze", "ShaderNodeTree")
+    group.interface.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    inner, end = group.nodes.new("ShaderNodeBsdfPrincipled"), group.nodes.new("NodeGroupOutput")
+    inner.inputs["Alpha"].default_value = alpha
+    group.links.new(inner.outputs[0], end.inputs[0])
+    material = bpy.data.materials.new("Veil")
+    nodes = material.node_tree.nodes
+    outer = nodes.new("ShaderNodeGroup")
+    outer.node_tree = group
+    material.node_tree.links.new(outer.outputs[0], nodes["Material Output"].inputs["Surface"])
+    add_mesh(scene, "Cloth").data.materials.append(material)
+    geometry = read(scene)
+    assert not geometry.sheers
+    text = "alpha depends on the node group 'Glaze'; the view draws it opaque"
+    assert geometry.warnings == ((f"material 'Veil': {text}",) if is_named else ())
 
 
 def test_terminators_are_their_own_objects(scene: bpy.types.Scene) -> None:

@@ -168,3 +168,22 @@ def test_a_camera_that_sees_nothing() -> None:
     )
     np.testing.assert_allclose(picture, np.broadcast_to(NOTHING, (2, 2, 3)))
     assert note == "nothing is seen"
+
+
+def test_what_lies_behind_sheer_surfaces_is_shown(cache: Path, relume_here: Run) -> None:
+    store = CacheStore.open(cache)
+    first = _framebuffer(2)
+    behind = (_framebuffer(2), _framebuffer(2))
+    plain = relume_here("inspect", cache, "--out", cache.parent / "plain.png").stdout
+    assert "behind sheer layers" not in plain
+    store.add_camera(DeepFramebuffer(first.camera, first.channels, first.wide, behind))
+    run = relume_here("inspect", cache, "--out", cache.parent / "layers.png", "--json")
+    report = json.loads(run.stdout)
+    assert [camera["pictures"] for camera in report["cameras"]] == [1, 3]
+    assert report["texels"] == 4 * SIDE**2
+    assert report["raw_bytes"] == report["texels"] * (4 + 4 + 2 * (1 + 3 + 1))
+    words = relume_here("inspect", cache).stdout
+    assert "2 cameras with 2 pictures behind sheer layers" in words
+    heights = [Image.open(cache.parent / name).height for name in ("plain.png", "layers.png")]
+    # Two rows of channels more.
+    assert heights[1] > 1.6 * heights[0]

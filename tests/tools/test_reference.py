@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from addon.progress import silent
+from tools.metrics import encode_srgb
 from tools.reference import Reference, light_groups, prepare, render_reference
 
 POWER, HEIGHT, ALBEDO = 80.0, 2.0, 0.5
@@ -208,6 +209,31 @@ def test_the_noise_floor_is_the_means_own_error() -> None:
     wanted = 20 * np.log10(255 / deviation)
     # 49152 differences: their variance is known to 0.6 %, 0.03 dB
     assert found.noise_floor()["psnr_rgb"] == pytest.approx(wanted, abs=0.1)
+
+
+def test_the_noise_of_a_reference_is_no_part_of_the_noiseless_error() -> None:
+    random = np.random.default_rng(0)
+    truth = np.full((128, 128, 4), 0.5, dtype=np.float32)
+    halves = [truth + random.normal(0, 0.01, truth.shape).astype(np.float32) for _ in range(2)]
+    flat = np.ones((128, 128), dtype=np.float32)
+    found = Reference((halves[0], halves[1]), {}, flat, flat, 0.01, perspective=True)
+    # A picture one and a half levels too bright in its left half, and right elsewhere.
+    image = truth[..., :3].copy()
+    level = 255.0 * 1.055 / 2.4 * 0.5 ** (1 / 2.4 - 1)
+    image[:, :64] += 1.5 / level
+    off = np.rint(255.0 * encode_srgb(image)) - 255.0 * encode_srgb(truth[..., :3])
+    right = np.zeros((128, 128), dtype=bool)
+    right[:, 64:] = True
+    for mask, wanted in (
+        (~right, off[0, 0, 0] ** 2),
+        (None, (off[0, 0, 0] ** 2 + off[0, 127, 0] ** 2) / 2),
+    ):
+        found_error = 255.0**2 * 10 ** (-(found.noiseless_psnr(image, mask) or 0.0) / 10)
+        # Products of noise of 1.8 levels' luma, 8192 of them: 1.4 % of a squared level and more
+        # where they meet the error, 5 % of it in all.
+        assert found_error == pytest.approx(wanted, rel=0.2)
+    noisy = 255.0 * encode_srgb(found.rgba[..., :3])
+    assert np.mean((np.rint(255 * encode_srgb(image)) - noisy) ** 2) > 2.0 * wanted
 
 
 def test_joined_references_have_half_the_noise(scene: Any) -> None:

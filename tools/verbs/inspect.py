@@ -50,9 +50,9 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         raw += framebuffer.raw_bytes
         cameras.append(_figures(store, framebuffer))
         if args.out is not None:
-            rows.append(_row(framebuffer))
+            rows += [_row(picture, n) for n, picture in enumerate(framebuffer.pictures)]
     stored = sum(store.manifest.finished[number].size for number in wanted)
-    texels = sum(camera["resolution"] ** 2 for camera in cameras)
+    texels = sum(camera["pictures"] * camera["resolution"] ** 2 for camera in cameras)
     written = []
     if rows:
         from ..contact_sheet import write_sheet
@@ -104,6 +104,7 @@ def _figures(store: CacheStore, framebuffer: DeepFramebuffer) -> dict[str, Any]:
         "kind": camera.kind,
         "fov": camera.fov,
         "resolution": camera.resolution,
+        "pictures": len(framebuffer.pictures),
         "seen_share": float((framebuffer.channels["depth"] > 0.0).mean()),
         "raw_bytes": framebuffer.raw_bytes,
         "stored_bytes": store.manifest.finished[camera.id].size,
@@ -111,7 +112,8 @@ def _figures(store: CacheStore, framebuffer: DeepFramebuffer) -> dict[str, Any]:
     }
 
 
-def _row(framebuffer: DeepFramebuffer) -> Any:
+def _row(framebuffer: DeepFramebuffer, left_out: int) -> Any:
+    """A picture with so many sheer layers left out."""
     from ..channel_picture import channel_picture
     from ..contact_sheet import Cell, Row
 
@@ -127,6 +129,7 @@ def _row(framebuffer: DeepFramebuffer) -> Any:
     heading = (
         f"{camera.id}: {what}, {np.degrees(camera.fov):.0f} degrees, "
         f"{camera.resolution} x {camera.resolution} texels"
+        f"{f', behind sheer layer {left_out}' if left_out else ''}"
     )
     return Row(heading, cells)
 
@@ -137,8 +140,10 @@ def describe(report: dict[str, Any]) -> str:
     saved = all_channels / max(report["stored_bytes"], 1)
     cameras, texels = len(report["cameras"]), report["texels"] / 1e6
     size = f"{report['raw_bytes'] / 1e6:.1f} MB, {report['stored_bytes'] / 1e6:.1f} MB on disk"
+    pictures = sum(camera["pictures"] for camera in report["cameras"]) - cameras
+    behind = f" with {pictures} pictures behind sheer layers" if pictures else ""
     lines = [
-        f"{report['cache']}: {cameras} cameras, {texels:.1f} million texels",
+        f"{report['cache']}: {cameras} cameras{behind}, {texels:.1f} million texels",
         f"channels: {', '.join(report['channels'])}",
         f"{size}; all channels in float32: {all_channels / 1e6:.1f} MB, {saved:.1f} times as much",
     ]

@@ -24,6 +24,7 @@ class EmbreeMesh:
 
     def __init__(self, geometry: SceneGeometry, chosen: NDArray[np.bool_]) -> None:
         self._index = np.flatnonzero(chosen).astype(np.int32)
+        self._met = np.append(self._index, np.int32(-1))
         self._scene: EmbreeScene | None = None
         if not self._index.size:
             return
@@ -37,9 +38,9 @@ class EmbreeMesh:
 
     def any_hit(
         self,
-        origins: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        limit: NDArray[np.float64],
+        origins: NDArray[np.floating],
+        directions: NDArray[np.floating],
+        limit: NDArray[np.floating],
     ) -> NDArray[np.bool_]:
         """(R,) whether anything is met before `limit` (R,) along (R, 3) unit directions."""
         blocked = np.zeros(len(origins), dtype=np.bool_)
@@ -60,7 +61,7 @@ class EmbreeMesh:
         return blocked
 
     def first(
-        self, origins: NDArray[np.float64], directions: NDArray[np.float64], limit: float
+        self, origins: NDArray[np.floating], directions: NDArray[np.floating], limit: float
     ) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
         """Triangle (R,), -1 for none, and distance (R,) in lengths of (R, 3) directions; on the
         caller's thread."""
@@ -73,14 +74,14 @@ class EmbreeMesh:
             query="INTERSECT",
             output=1,
         )
-        met = answer["primID"] >= 0
-        return np.where(met, self._index[answer["primID"]], np.int32(-1)), answer["tfar"]
+        # The last number stands for nothing.
+        return self._met.take(answer["primID"], mode="wrap"), answer["tfar"]
 
     def closest(
         self,
-        origins: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        limit: NDArray[np.float64] | None,
+        origins: NDArray[np.floating],
+        directions: NDArray[np.floating],
+        limit: NDArray[np.floating] | None,
     ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
         """Triangle (R,), distance (R,), and the hit's weights of corners 1 and 2 (R, 2)."""
         count = len(origins)

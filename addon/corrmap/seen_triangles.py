@@ -18,11 +18,14 @@ class RayHits:
 
     Attributes:
         triangle: (N,) int32 which by its number in the geometry, -1 for none.
-        place: (3, N) float64 where, local space; anywhere for none.
+        place: (3, N) float32 where, local space; anywhere for none.
+        shaded: (3, N) float32, unit: the normals there for shading, facing the viewer; None where
+            nobody found them.
     """
 
     triangle: NDArray[np.int32]
-    place: NDArray[np.float64]
+    place: NDArray[np.float32]
+    shaded: NDArray[np.float32] | None = None
 
 
 @dataclass(frozen=True)

@@ -133,9 +133,11 @@ class RelightSession:
         self._shadow_settings = (shadows or ShadowSettings()).settled(
             in_software=draws_in_software()
         )
+        self._fence = Fence()
         self._drawing = LayerDrawing(
             self._sampler,
             self._shadow_settings,
+            self._fence.begin,
             has_emission=self._has_emission,
             split=split_lobes,
         )
@@ -149,7 +151,6 @@ class RelightSession:
         self._view: View | None = None
         self._graph = FrameGraph(frame_passes((), has_emission=self._has_emission))
         self._mix = LightMix()
-        self._fence = Fence()
         self._begun = Begun()
         self._stages = LayerStages(samples, self._textures_of, self._in_cells)
         self.compiling = ""

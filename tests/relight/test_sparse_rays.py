@@ -19,9 +19,8 @@ from addon.relight.light_points.light_sample import light_sample
 from addon.relight.lights.light_reach import ReachPass
 from addon.relight.lights.plain_reach import PlainReach
 from addon.relight.shadows.even_places import lies_between
-from addon.relight.shadows.lit_pixels import LitPixels
 from addon.relight.shadows.receivers import SeenReceivers
-from addon.relight.shadows.sparse_rays import look_sparsely
+from addon.relight.shadows.sparse_rays import HIDDEN, SEEN, look_sparsely
 from addon.relight.shadows.traced_shadow import TracedShadowPass
 from addon.scene.light import Light
 from tests import synthetic
@@ -144,61 +143,70 @@ def test_receivers_of_rays(gpu_context: None, scale: float, offset: float) -> No
 def test_places_between_others() -> None:
     """On a plane all are; at a step, beside nothing and at the last column none."""
     row, column = np.mgrid[0:9, 0:12].astype(np.float64)
-    place = np.stack([column, row, np.where(column >= 5, 10.0, 0.0)]).reshape(3, -1)
-    hit = np.ones((9, 12), dtype=np.bool_)
-    hit[3:6, 8] = False
-    even = lies_between(place[:, hit.ravel()], hit)
-    want = np.zeros_like(hit)
+    place = np.stack([column, row, np.where(column >= 5, 10.0, 0.0)])
+    place[:, 3:6, 8] = np.nan
+    even = lies_between(place.astype(np.float32))
+    want = np.zeros(even.shape, dtype=np.bool_)
     want[:, 1::2] = want[1::2] = True
     # Between columns 4 and 6, and after column 10.
     want[:, [5, 11]] = False
-    # Beside what sees nothing: (4, 8) is one of the grid.
+    # Beside what sees nothing: (4, 8) is one of even row and column.
     want[3:6, 7:10] = False
+    # Of these, every other.
+    coarse = np.zeros((5, 6), dtype=np.bool_)
+    coarse[:, 1::2] = coarse[1::2] = True
+    # Between columns 4 and 8 it is no middle, nor beside what sees nothing; none comes after 8.
+    coarse[:, [3, 5]] = False
+    coarse[1:4:2, 4] = False
+    want[::2, ::2] = coarse
     assert np.array_equal(even, want)
 
 
 def blobs(rng: np.random.Generator, size: tuple[int, int]) -> NDArray[np.bool_]:
-    """Large shapes without anything narrower than four pixels."""
+    """Large shapes without anything narrower than eight pixels."""
     coarse = rng.random((size[0] // 8, size[1] // 8)) < 0.5
     return np.kron(coarse, np.ones((8, 8), dtype=np.bool_)).astype(np.bool_)
 
 
 def test_large_shapes_are_found_whole() -> None:
-    """Each pixel, with fewer than half of the rays."""
+    """Each pixel, with fewer than half of the rays, whichever side is lit."""
     rng = np.random.default_rng(5)
     size = (64, 96)
     truth = blobs(rng, size)
-    reached = rng.random(size) < 0.97
-    side = np.where(blobs(rng, size), 1.0, -1.0)[reached].astype(np.float32)
-    pixel = np.flatnonzero(reached)
-    lit = LitPixels(size, pixel, pixel.astype(np.int32), side)
-    sent = np.zeros(len(pixel), dtype=np.int64)
+    sides = np.where(blobs(rng, size), 1, -1).astype(np.int8)
+    sides[rng.random(size) < 0.01] = 0
+    sent = np.zeros(size, dtype=np.int64)
 
-    def ask(some: NDArray[np.int64]) -> NDArray[np.bool_]:
-        sent[some] += 1
-        return truth.ravel()[pixel[some]]
+    def ask(pixel: NDArray[np.int64]) -> NDArray[np.bool_]:
+        sent.ravel()[pixel] += 1
+        return truth.ravel()[pixel]
 
-    found = look_sparsely(ask, lit, np.ones(size, dtype=np.bool_))
-    assert np.array_equal(found, truth.ravel()[pixel])
+    want = sides * np.where(truth, SEEN, HIDDEN)
+    found = look_sparsely(ask, sides, np.ones(size, dtype=np.bool_))
+    assert np.array_equal(found, want)
     assert sent.max() == 1
     assert sent.mean() < 0.5
+    assert not sent[sides == 0].any()
     # Where nothing lies evenly every pixel is asked.
-    assert np.array_equal(look_sparsely(ask, lit, np.zeros(size, dtype=np.bool_)), found)
-    assert sent.min() == 1
+    found = look_sparsely(ask, sides, np.zeros(size, dtype=np.bool_))
+    assert np.array_equal(found, want)
+    assert np.array_equal(sent >= 1, sides != 0)
 
 
 def test_what_lies_between_the_rays_is_lost_and_nothing_else() -> None:
-    """A line in odd columns is; one in even columns is there, whole, and no wider."""
-    size = (32, 32)
+    """A speck is; what is two pixels wide and eight long is there, whole, and no wider, and so is a
+    crooked line that meets a single ray."""
+    size = (48, 48)
     truth = np.ones(size, dtype=np.bool_)
-    truth[:, 7] = truth[:, 20] = False
-    pixel = np.arange(truth.size)
-    lit = LitPixels(size, pixel, pixel.astype(np.int32), np.ones(truth.size, dtype=np.float32))
-    found = look_sparsely(lambda some: truth.ravel()[some], lit, np.ones(size, dtype=np.bool_))
-    truth[:, 7] = True
-    # The last row has no row after it, and is asked whole.
-    truth[31, 7] = False
-    assert np.array_equal(found.reshape(size), truth)
+    truth[5:8, 9:12] = False
+    truth[21:23, 24:32] = False
+    truth[24:32, 41:43] = False
+    line = np.arange(12)
+    truth[36 + line // 3, 4 + line] = False
+    sides = np.ones(size, dtype=np.int8)
+    found = look_sparsely(lambda pixel: truth.ravel()[pixel], sides, np.ones(size, dtype=np.bool_))
+    truth[5:8, 9:12] = True
+    assert np.array_equal(found == SEEN, truth)
 
 
 @pytest.mark.parametrize("name", EDGE_LIGHTS)

@@ -52,6 +52,7 @@ class LayerDrawing:
     Args:
         sampler: gives the surfaces of the view.
         shadows: how shadows are found, and how fine their maps are.
+        begin: lets the GPU begin with what was drawn, see `Fence.begin`.
         has_emission: whether surfaces may glow.
         split: whether lights' layers are split by the kinds of lobes.
     """
@@ -60,12 +61,14 @@ class LayerDrawing:
         self,
         sampler: SurfaceSampler,
         shadows: ShadowSettings,
+        begin: Callable[[], None],
         *,
         has_emission: bool,
         split: bool,
     ) -> None:
         self._sampler = sampler
         self._settings = shadows
+        self._begin = begin
         self._touching: dict[tuple[str, bool], bool] = {}
         self._objects = LightObjects(sampler.geometry)
         self._pass: ShadowPass | None = None
@@ -323,6 +326,8 @@ class LayerDrawing:
         sparse: bool,
     ) -> Shadow:
         if self._settings.traces(light):
+            # The view's surfaces are drawn while rays are traced.
+            self._begin()
             return self._tracing().draw(
                 surface,
                 light,

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...camplace.parallel import in_parts
 from ..lights.plain_reach import PlainReach
 from .receivers import SeenReceivers
-from .terminator import dot
+from .smooth_height import dot
 
 # Pixels at once: what numpy makes of them stays in the processor's cache.
 _PART = 1 << 14
@@ -33,6 +33,16 @@ class LitPixels:
     pixel: NDArray[np.int64]
     number: NDArray[np.int32]
     side: NDArray[np.float32]
+
+    def sides(self) -> NDArray[np.int8]:
+        """(rows, columns) the side of each pixel of the layer; 0 where none is lit."""
+        sides = np.zeros(self.size, dtype=np.int8)
+        sides.ravel()[self.pixel] = self.side
+        return sides
+
+    def rows(self, pixel: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(R,) which of the N some lit pixels (R,) of the layer are."""
+        return np.searchsorted(self.pixel, pixel)
 
 
 def lit_pixels(

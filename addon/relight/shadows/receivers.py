@@ -17,12 +17,16 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
 from .even_places import lies_between
 from .shadow_rays import LIFT
-from .terminator import SmoothReceivers, dot
+from .smooth_height import dot
+from .terminator import SmoothReceivers
 
 # A surface that is looked for lies within this share of its distance from the eye, and is turned
 # no more than this cosine from the normal that is known of it.
 _NEAR_SHARE = 1e-2
 _SAME_NORMAL = 0.99
+
+# Of a float32 near a plane for the place on it.
+_ROUNDED_UP = 1.0 + 1e-6
 
 # Receivers at once: what numpy makes of them stays in the processor's cache.
 _PART = 1 << 14
@@ -59,6 +63,18 @@ class Receivers:
             up *= side
         return self.place.take(number, axis=1) + up
 
+    @property
+    def starts_before(self) -> NDArray[np.float32]:
+        """(3, N) the same of all on the viewer's side."""
+        starts = np.empty(self.place.shape, dtype=np.float32)
+
+        def work(part: slice) -> None:
+            up = self.normal[:, part] * self.lift[part]
+            np.add(self.place[:, part], up, out=starts[:, part], casting="same_kind")
+
+        in_parts(work, starts.shape[1], _PART)
+        return starts
+
 
 @dataclass(frozen=True)
 class SeenReceivers:
@@ -85,25 +101,42 @@ class SeenReceivers:
         if seen is not None and seen.hits is not None:
             shape = (surface.height, surface.width)
             hit, found = _of_hits(scene, surface, seen.hits)
-            hit = hit.reshape(shape)
+            hit, shaded = hit.reshape(shape), seen.hits.shaded
+            if shaded is not None and not hit.all():
+                shaded = shaded[:, hit.ravel()]
         else:
             hit, found = _of_textures(scene, surface)
+            texture = surface.shading_normal
+            shaded = (
+                None if texture is None else _pixels(read_texture(texture), np.flatnonzero(hit))
+            )
         number = np.cumsum(hit, dtype=np.int32).reshape(hit.shape) - np.int32(1)
-        shaded = surface.shading_normal
-        some = np.flatnonzero(hit)
-        smooth = SmoothReceivers(
-            scene.geometry,
-            found.triangle,
-            found.place,
-            found.normal,
-            None if shaded is None else _pixels(read_texture(shaded), some),
-        )
+        smooth = SmoothReceivers(scene.geometry, found.triangle, found.place, found.normal, shaded)
         return cls(surface, found, smooth, number, hit)
 
     @cached_property
+    def starts(self) -> NDArray[np.float32]:
+        """(3, H W) `Receivers.starts` of the pixels on the viewer's side; not numbers where these
+        see nothing. Made when it is first asked for, as all below."""
+        return self._pictured(self.receivers.starts_before)
+
+    @cached_property
+    def shaded(self) -> NDArray[np.floating]:
+        """(3, H W) the normals that the pixels are shaded with."""
+        return self._pictured(self.smooth.normal)
+
+    @cached_property
     def even(self) -> NDArray[np.bool_]:
-        """(H, W) see `lies_between`; found when it is first asked for."""
-        return lies_between(self.receivers.place, self.hit)
+        """(H, W) see `lies_between`."""
+        return lies_between(self.starts.reshape(3, *self.hit.shape))
+
+    def _pictured(self, values: NDArray[np.floating]) -> NDArray[np.floating]:
+        """(3, H W) of all pixels, from (3, N)."""
+        if values.shape[1] == self.hit.size:
+            return values
+        picture = np.full((3, self.hit.size), np.nan, dtype=values.dtype)
+        picture[:, self.hit.ravel()] = values
+        return picture
 
     @property
     def nbytes(self) -> int:
@@ -181,19 +214,21 @@ def _of_hits(
     if not hit.all():
         some = np.flatnonzero(hit)
         triangle, place = triangle.take(some), place.take(some, axis=1)
-    planes, eye = scene.planes, surface.eye[:, None]
-    on, facing = np.empty_like(place), np.empty(place.shape, dtype=np.float32)
+    planes, eye = scene.planes, surface.eye[:, None].astype(np.float32)
+    on, facing = np.empty(place.shape), np.empty(place.shape, dtype=np.float32)
     lift = np.empty(len(triangle), dtype=np.float32)
 
     def work(part: slice) -> None:
         number, own = triangle[part], place[:, part]
         exact = np.ascontiguousarray(planes.normal.take(number, axis=0).T)
         to_eye = eye - own if surface.perspective else eye
-        facing[:, part] = exact * np.where(dot(exact, to_eye) < 0.0, -1.0, 1.0).astype(np.float32)
-        above = dot(own, exact) - planes.offset.take(number)
-        on[:, part] = own - above * exact
-        reach = np.maximum(np.abs(on[:, part]).max(axis=0), planes.extent.take(number))
-        lift[part] = LIFT * reach
+        turn = np.where(dot(exact, to_eye) < 0.0, np.float32(-1.0), np.float32(1.0))
+        np.multiply(exact, turn, out=facing[:, part])
+        above = dot(own.astype(np.float64), exact) - planes.offset.take(number)
+        np.subtract(own, above * exact, out=on[:, part])
+        x, y, z = np.abs(own)
+        reach = np.maximum(np.maximum(x, y), np.maximum(z, planes.extent.take(number)))
+        lift[part] = np.float32(LIFT * _ROUNDED_UP) * reach
 
     in_parts(work, len(triangle), _PART)
     return hit, Receivers(on, facing, lift, triangle)

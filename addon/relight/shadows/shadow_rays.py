@@ -88,9 +88,9 @@ class ShadowRays:
 
     def blocked(
         self,
-        origins: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        limit: NDArray[np.float64],
+        origins: NDArray[np.floating],
+        directions: NDArray[np.floating],
+        limit: NDArray[np.floating],
     ) -> NDArray[np.bool_]:
         """(R,) whether something stops rays before `limit` (R,) along (R, 3) unit directions."""
         blocked = self._solid.any_hit(origins, directions, limit)
@@ -101,9 +101,9 @@ class ShadowRays:
 
     def _stopped(
         self,
-        origins: NDArray[np.float64],
-        directions: NDArray[np.float64],
-        limit: NDArray[np.float64],
+        origins: NDArray[np.floating],
+        directions: NDArray[np.floating],
+        limit: NDArray[np.floating],
     ) -> NDArray[np.bool_]:
         """(R,) whether a cut-out stops rays where it is not cut away."""
         stopped = np.zeros(len(origins), dtype=np.bool_)
@@ -127,8 +127,8 @@ class ShadowRays:
         return stopped
 
     def _lift_from(
-        self, points: NDArray[np.float64], triangle: NDArray[np.int64]
-    ) -> NDArray[np.float64]:
+        self, points: NDArray[np.floating], triangle: NDArray[np.int64]
+    ) -> NDArray[np.floating]:
         """(R,) metres above (R,) triangles at which rays from (R, 3) points don't meet them."""
         corners = self._geometry.vertices[self._geometry.triangles[triangle]]
         reach = np.abs(corners - points[:, None]).max(axis=(1, 2))

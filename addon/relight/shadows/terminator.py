@@ -4,15 +4,13 @@
 A facet turns away from the light as a whole, its interpolated normals one after the other. So it
 is these that say which side of a surface is lit, and near the terminator rays start above the
 facet, about where the smooth surface would be: else facets would shade themselves and each other.
-The lift is Cycles' (shadow_ray_offset), by its object's Shadow Terminator Geometry Offset: as
-heights above a point p of the triangle with corners v_i and normals n_i, each corner's envelope
-max_j (v_j . n_i) - p . n_i, and half of the parabolic surface through the corners.
+The lift is Cycles' (shadow_ray_offset), by its object's Shadow Terminator Geometry Offset, and by
+the `smooth_height` of the place.
 """
 
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +18,7 @@ from numpy.typing import NDArray
 from ...camplace.parallel import in_parts
 from ...scene.geometry import TERMINATOR_OFFSET, SceneGeometry
 from ...scene.octahedral import from_codes
+from .smooth_height import dot, smooth_height
 
 # Corner normals are known to 7e-5 (`octahedral`): those of a triangle whose sine to its own is
 # below twice that are taken to be flat.
@@ -99,7 +98,7 @@ class SmoothReceivers:
         return np.sign(dot(self.normal.take(rows, axis=1), toward)).astype(np.float32)
 
     def lift(
-        self, rows: NDArray[np.integer], toward: Array, side: NDArray[np.floating]
+        self, rows: NDArray[np.integer], toward: Array, side: NDArray[np.number]
     ) -> tuple[NDArray[np.int64], Array]:
         """Where rays of some receivers start, from where they are.
 
@@ -117,7 +116,7 @@ class SmoothReceivers:
         of_facet = side * dot(self._facing.take(rows, axis=1), toward)
         cosine = side * dot(self.normal.take(rows, axis=1), toward)
         # Of the others, which are most, no more has to be known.
-        some = np.flatnonzero((np.minimum(of_facet, cosine) < self._most_cutoff) & (cosine > 0.0))
+        some = np.flatnonzero((np.minimum(of_facet, cosine) < self.lifted_below) & (cosine > 0.0))
         some = some[self._is_smooth(rows[some])]
         if not len(some):
             return nothing
@@ -125,13 +124,15 @@ class SmoothReceivers:
         safe = np.where(cutoff > 0.0, cutoff, 1.0)
         near = np.where(cosine < cutoff, 2.0 - (of_facet + cosine) / safe, 1.0 - of_facet / safe)
         amount = np.where(cutoff > 0.0, np.clip(near, 0.0, 1.0), 0.0)
-        up = (side[some] * self._facing.take(rows[some], axis=1)).T
-        corners, normals = self._corners(rows[some], up)
-        height, normal = _height(corners, normals, self._place.take(rows[some], axis=1).T, up)
-        return some, (amount * height) * normal.T
+        of = rows[some]
+        place = self._place.take(of, axis=1)
+        up = np.asarray(side[some] * self._facing.take(of, axis=1), dtype=np.float64)
+        height, normal = smooth_height(self._geometry, self._triangle[of], place, up)
+        return some, (amount * height) * normal
 
     @cached_property
-    def _most_cutoff(self) -> float:
+    def lifted_below(self) -> float:
+        """The cosine to the light from which on no ray is lifted."""
         offsets = self._geometry.terminator_offset
         return TERMINATOR_OFFSET if offsets is None else float(offsets.max(initial=0.0))
 
@@ -145,9 +146,10 @@ class SmoothReceivers:
     def _is_smooth(self, rows: NDArray[np.integer]) -> NDArray[np.bool_]:
         """(R,) whether the normals of some receivers' triangles differ."""
         assert self._geometry.corner_normals is not None
-        codes = self._geometry.corner_normals[self._triangle[rows]]
-        smooth = (codes != codes[:, :1]).any(axis=(1, 2))
-        return np.asarray((self._triangle[rows] >= 0) & smooth)
+        triangle = self._triangle[rows]
+        a, b, c = self._geometry.corner_normals.take(triangle, axis=0).transpose(1, 2, 0)
+        differ = (a[0] != b[0]) | (a[1] != b[1]) | (a[0] != c[0]) | (a[1] != c[1])
+        return np.asarray((triangle >= 0) & differ)
 
     def _corners(self, rows: NDArray[np.integer], up: Array) -> tuple[Array, Array]:
         """(R, 3, 3), (R, 3, 3) the corners of some receivers' triangles, and their normals on
@@ -171,28 +173,6 @@ def _weights(corners: Array, place: Array) -> Array:
     of_c = np.maximum((bb * pc - bc * pb) * over, 0.0)
     beyond = np.maximum(of_b + of_c, 1.0)
     return np.stack([1.0 - (of_b + of_c) / beyond, of_b / beyond, of_c / beyond], axis=1)
-
-
-def _height(corners: Array, normals: Array, place: Array, up: Array) -> tuple[Array, Array]:
-    """(R,), (R, 3) how many times their interpolated normal, which is not a unit vector, places
-    on triangles lie below the smooth surface, on the side of `up`; see the module's text."""
-    weights = _weights(corners, place)
-    normal = np.einsum("ri,rix->rx", weights, normals)
-    turned = np.where(_dot(normal, up) > 0.0, 1.0, -1.0)
-    normals, normal = turned[:, None, None] * normals, turned[:, None] * normal
-    along = np.einsum("rix,rjx->rij", normals, corners - place[:, None])
-    envelope = along.max(axis=2).min(axis=1)
-    u, v = weights[:, 0], weights[:, 1]
-    a = _dot(normals[:, 2] - normals[:, 0], corners[:, 0] - corners[:, 2])
-    b = _dot(normals[:, 2] - normals[:, 1], corners[:, 1] - corners[:, 2])
-    c = _dot(normals[:, 1] - normals[:, 0], corners[:, 1] - corners[:, 0])
-    parabola = a * u * (u - 1.0) + (a + b + c) * u * v + b * v * (v - 1.0)
-    return np.maximum(np.maximum(envelope, 0.0), 0.5 * parabola), normal
-
-
-def dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[Any]:
-    """(N,) of (3, N) each."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:

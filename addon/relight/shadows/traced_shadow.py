@@ -34,12 +34,13 @@ from ..lights.light_reach import ReachPass
 from ..lights.plain_reach import PlainReach
 from ..shading.picture_tiles import PictureTiles
 from ..shading.shadow import ShadowKind
+from .first_rays import FirstRays
 from .lit_pixels import LitPixels, lit_pixels, plainly_lit_pixels
 from .receivers import SeenReceivers
 from .shadow_rays import LIFT, ShadowRays, shadow_rays
-from .sparse_rays import look_sparsely
+from .smooth_height import dot
+from .sparse_rays import HIDDEN, SEEN, look_sparsely
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
-from .terminator import dot
 
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
 
@@ -159,29 +160,39 @@ class TracedShadowPass:
                 own, see `look_sparsely`; of a light's cell and of coarse layers all have one, and
                 where sheer surfaces dim the light.
         """
-        scene = self.local_scene(surface.origin)
-        is_smooth = scene.geometry.corner_normals is not None
-        seen = self._seen_by(surface, scene)
+        seen = self._seen_by(surface, self.local_scene(surface.origin))
         plain = PlainReach.of(light, sample, surface.origin) if objects is None else None
+        stops = shadow_rays(self.local_scene(surface.origin), casters)
+        # Of a shadow that is moved, only the light itself tells what it shines on.
+        tells_side = seen.smooth.any and not any(light.controls.shadow.offset)
+        is_point, is_whole = len(sample.spots) == 0, surface.picture_height is None and stride == 1
+        sparse = sparse and is_point and is_whole and not stops.dims
+        if sparse and plain is not None and sample.emitter is None:
+            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT)
+            known = look_sparsely(first.reach, first.sides, seen.even)
+            return _of_known(known, first.count, tells_side=tells_side)
         if plain is not None:
             lit = plainly_lit_pixels(seen, plain, stride)
         else:
+            is_smooth = seen.smooth.any
             reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
             lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
-        rays = _Rays(shadow_rays(scene, casters), light, sample, seen=seen, lit=lit)
-        if len(sample.spots):
+        rays = _Rays(stops, light, sample, seen=seen, lit=lit)
+        if sparse:
+            known = look_sparsely(
+                lambda pixel: rays.reach_point(lit.rows(pixel)), lit.sides(), seen.even
+            )
+            return _of_known(known, rays.count, tells_side=tells_side)
+        if is_point:
+            spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
+        else:
             row, column = np.divmod(lit.pixel, lit.size[1])
             place = PixelPlaces(row, column, lit.size, surface.picture_height)
             spots = look_at_spots(rays.reach_spots, place, thorough)
-        elif sparse and stride == 1 and surface.picture_height is None and not rays.dims:
-            spots = np.where(look_sparsely(rays.reach_point, lit, seen.even), ALL_SPOTS, 0)
-        else:
-            spots = np.where(rays.reach_point(), ALL_SPOTS, 0)
         picture = np.zeros(lit.size, dtype=np.float32)
         picture.ravel()[lit.pixel] = spots
         tiles = PictureTiles.around(picture != 0.0)
-        if is_smooth and not any(light.controls.shadow.offset):
-            # (Of a shadow that is moved, only the light itself tells what it shines on.)
+        if tells_side:
             picture.ravel()[lit.pixel] = np.copysign(spots + _SIDE_IS_KNOWN, lit.side)
         texture = texture_from_array(picture[..., None], "R32F")
         tint = rays.tint()
@@ -189,7 +200,7 @@ class TracedShadowPass:
             tints = np.ones((*lit.size, 4), dtype=np.float32)
             tints.reshape(-1, 4)[lit.pixel, :3] = tint
             tint = texture_from_array(tints, "RGBA32F")
-        return TracedShadow(texture, rays.count, tiles, has_spots=len(sample.spots) > 0, tint=tint)
+        return TracedShadow(texture, rays.count, tiles, has_spots=not is_point, tint=tint)
 
     def local_scene(self, origin: NDArray[np.float64]) -> LocalScene:
         """What rays meet, in the space around a place (3,) of the world."""
@@ -220,6 +231,21 @@ class TracedShadowPass:
                 used -= self._seen.popitem(last=False)[1].nbytes
         self._seen.move_to_end(key)
         return self._seen[key]
+
+
+def _of_known(known: NDArray[np.int8], rays: int, *, tells_side: bool) -> TracedShadow:
+    """The shadow of a light's only point, of what `look_sparsely` found."""
+    is_seen = np.abs(known) == SEEN
+    values = np.array([0.0, 0.0, ALL_SPOTS], dtype=np.float32)
+    if tells_side:
+        values[HIDDEN:] += _SIDE_IS_KNOWN
+        # A negative side counts from the end.
+        values = np.concatenate([values, -values[:0:-1]])
+        picture = values.take(known, mode="wrap")
+    else:
+        picture = values.take(np.abs(known))
+    texture = texture_from_array(picture[..., None], "R32F")
+    return TracedShadow(texture, rays, PictureTiles.around(is_seen), has_spots=False)
 
 
 class _Rays:

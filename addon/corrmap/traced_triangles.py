@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..camplace.embree_mesh import CHUNK, EmbreeMesh
+from ..camplace.embree_mesh import EmbreeMesh
 from ..camplace.parallel import in_parts
 from ..glsl.shader import Texture, draws_in_software, texture_from_array
 from ..scene.view import View
@@ -25,6 +25,9 @@ from .seen_triangles import RayHits
 # With fewer triangles the rasterizer is as fast: it takes 0.08 microseconds for one, and a ray 0.1
 # on two cores, of which 640x480 pixels need 300,000.
 LEAST_TRIANGLES = 400_000
+
+# Pixels at once, in whole rows.
+_PART = 1 << 14
 
 Array = NDArray[np.float64]
 
@@ -116,7 +119,7 @@ class TrianglesByRay:
             np.multiply(direction, along, out=place[:, part])
             place[:, part] += start
 
-        in_parts(look, view.height, max(CHUNK // width, 1))
+        in_parts(look, view.height, max(_PART // width, 1))
         shape = (view.height, view.width)
         return TracedTriangles(
             texture_from_array(triangles.reshape(*shape, 2), "RG32F"),

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from addon.corrmap.geometry_buffer import GeometryBuffer
 from addon.corrmap.local_scene import LocalScene
+from addon.corrmap.surface_buffer import SurfaceBuffer
 from addon.corrmap.traced_triangles import TrianglesByRay
 from addon.corrmap.visible_surface import VisibleSurface, VisibleSurfacePass
 from addon.glsl.shader import read_texture
@@ -27,9 +28,13 @@ from tests import synthetic
 from tests.reference.surfaces import surfaces
 
 from .test_shadow import EDGE_LIGHTS, floor_points, light_at, square
+from .test_terminator import ball
 
 UP = np.array([0.0, 0.0, 1.0])
 SPACING = 2.0**-24
+
+# As in addon/glsl/lib/traced_shadow.glsl.
+SIDE_IS_KNOWN = 65536.0
 
 
 def lights() -> dict[str, Light]:
@@ -83,17 +88,20 @@ def test_what_is_shaped_asks_the_shader() -> None:
 
 
 def seen_of(drawn: VisibleSurface, scene: LocalScene) -> SeenReceivers:
+    return SeenReceivers.of(buffer_of(drawn, scene.origin), scene)
+
+
+def buffer_of(drawn: VisibleSurface, origin: NDArray[np.float64]) -> SurfaceBuffer:
     width, height = drawn.position.width, drawn.position.height
-    buffer = replace(
+    return replace(
         surfaces(np.zeros((height, width, 3)), UP).upload(),
-        origin=scene.origin,
+        origin=origin,
         eye=drawn.eye[:3],
         perspective=bool(drawn.eye[3] > 0.0),
         position=drawn.position,
         geometric_normal=drawn.normal,
         triangles=drawn.seen_triangles,
     )
-    return SeenReceivers.of(buffer, scene)
 
 
 @pytest.mark.parametrize("offset", [0.0, 1e6])
@@ -222,3 +230,22 @@ def test_shadows_of_fewer_rays(gpu_context: None, name: str) -> None:
     )
     assert np.array_equal(read_texture(some.spots), read_texture(every.spots))
     assert some.rays < 0.5 * every.rays
+
+
+@pytest.mark.parametrize("name", ["point", "sun"])
+def test_shadows_of_fewer_rays_on_what_is_smooth(gpu_context: None, name: str) -> None:
+    """Near the terminator they start where those of an edit do; a part of the view sees nothing."""
+    geometry, origin = ball(), np.zeros(3)
+    view = synthetic.perspective_view(
+        synthetic.looking_at((0.0, -4.0, 0.5), (0.3, 0.0, 0.0)), 160, 120, 0.7, near=0.1, far=50.0
+    )
+    drawn = VisibleSurfacePass(GeometryBuffer(geometry, origin)).draw(view)
+    buffer = buffer_of(drawn, origin)
+    light, shadows = lights()[name], TracedShadowPass(geometry)
+    light = replace(light, world_from_light=synthetic.looking_at((3.0, -1.0, 1.5), (0.0, 0.0, 0.0)))
+    every, some = (
+        read_texture(shadows.draw(buffer, light, light_sample(light, 0, 1), sparse=sparse).spots)
+        for sparse in (False, True)
+    )
+    assert 0.1 < np.mean(every > SIDE_IS_KNOWN + 1.0) < 0.4
+    assert np.count_nonzero(some != every) <= 4

@@ -24,10 +24,12 @@ HIDDEN, SEEN = 1, 2
 
 _Pixels = NDArray[np.int64]
 
-# Rows and columns from a pixel to the eight around it.
-_AROUND = np.array(
-    [[-1, -1, -1, 0, 0, 1, 1, 1], [-1, 0, 1, -1, 1, -1, 0, 1]]
-)  # fmt: skip
+# How far around a pixel of an edge its other pixels are looked for at once: asking some in vain
+# costs less than asking more often.
+_REACH = 3
+
+# Rows and columns from a pixel to those around it.
+_AROUND = np.mgrid[-_REACH : _REACH + 1, -_REACH : _REACH + 1].reshape(2, -1)
 
 # Two pictures of all that lie beside each other, along four directions.
 _HERE, _BEFORE, _AFTER = slice(None), slice(None, -1), slice(1, None)
@@ -53,14 +55,13 @@ def look_sparsely(
         even: (H, W) as `lies_between`.
     """
     look = _Look(ask, sides)
-    look.trace(COARSEST)
-    for begin in (COARSEST // 2, COARSEST // 2 + COARSEST):
-        look.trace(2 * COARSEST, begin)
+    middles = [(2 * COARSEST, COARSEST // 2), (2 * COARSEST, COARSEST // 2 + COARSEST)]
+    look.trace((COARSEST, 0), *middles)
     step = COARSEST
     while step > 1:
         step //= 2
         look.take_over(step, even)
-        look.trace(step)
+        look.trace((step, 0))
     look.follow_edges()
     return look.known
 
@@ -79,11 +80,19 @@ class _Look:
         self._asked = np.zeros(sides.shape, dtype=np.bool_)
         self.known = np.zeros_like(sides)
 
-    def trace(self, step: int, begin: int = 0) -> None:
-        """Ask the pixels of every so many rows and columns of which nothing is known."""
+    def trace(self, *lattices: tuple[int, int]) -> None:
+        """Ask the pixels of every so many rows and columns, from one on, of which nothing is
+        known."""
+        self._send(np.concatenate([self._unknown(*lattice) for lattice in lattices]))
+
+    def _unknown(self, step: int, begin: int) -> _Pixels:
         chosen = np.s_[begin::step, begin::step]
-        row, column = np.nonzero((self.known[chosen] == 0) & (self._sides[chosen] != 0))
-        self._send((begin + step * row) * self.known.shape[1] + begin + step * column)
+        some = (self.known[chosen] == 0) & (self._sides[chosen] != 0)
+        pixel = np.flatnonzero(some)
+        if step == 1:
+            return pixel
+        row, column = np.divmod(pixel, some.shape[1])
+        return np.asarray((begin + step * row) * self.known.shape[1] + begin + step * column)
 
     def take_over(self, step: int, even: NDArray[np.bool_]) -> None:
         """Have those between pixels of every other such row and column see what these do."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..scene.view import PixelFilter
-from .sobol_points import sobol_points
+from .sobol_points import sobol_points, sobol_points_around
 
 _TABLE_SIZE = 1024
 
@@ -24,7 +24,17 @@ def pixel_offsets(pixel_filter: PixelFilter, count: int, first: int = 0) -> NDAr
     Sample 0 lies on the centre. Offsets are distributed as the filter, by inverting its
     cumulative distribution along each axis (the filters are separable).
     """
-    uniform = sobol_points(count, first)
+    return _filtered(pixel_filter, sobol_points(count, first))
+
+
+def pixel_offsets_around(pixel_filter: PixelFilter, number: int, count: int) -> NDArray[np.float64]:
+    """(count, 2) float64: the offset of sample `number` and others, of which those of all samples
+    fill the filter more finely, see `sobol_points_around`."""
+    return _filtered(pixel_filter, sobol_points_around(number, count))
+
+
+def _filtered(pixel_filter: PixelFilter, uniform: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 2) offsets by evenly distributed points of the unit square."""
     if pixel_filter.kind == "BOX":
         return (uniform - 0.5) * pixel_filter.width
     # Cycles' tables reach one width to each side, or one and a half (src/scene/film.cpp).

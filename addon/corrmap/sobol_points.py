@@ -20,6 +20,9 @@ Bits = NDArray[np.uint32]
 # and the covariance of Blender's default pixel filter most nearly: a mean that is off moves the
 # picture, a variance that is off makes it sharper or softer.
 _SEED = 2980
+# Of the first eight one with which edges of shadows are least off, of several directions and
+# widths.
+_SEED_AROUND = 2
 _HALF = np.uint32(1 << 31)
 # Laine, Karras (2011), with the constants of Burley's listing 2.
 _HASH = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
@@ -29,13 +32,32 @@ _HASH = (0x6C50B47C, 0xB82F1E52, 0xC7AFE638, 0x8D22F6E6)
 @lru_cache(maxsize=1024)
 def sobol_points(count: int, first: int = 0) -> NDArray[np.float64]:
     """(count, 2) float64 in [0, 1): the points from `first` on; point 0 is the square's centre."""
-    # Point 0 says how the others are turned, so that it comes to lie in the middle.
-    index = np.concatenate([[0], np.arange(first, first + count)]).astype(np.uint32)
-    axes = zip(sobol_bits(index).T, (_SEED, _SEED * 7919 + 13), strict=True)
-    points = np.stack([_scrambled(bits, seed) for bits, seed in axes], axis=1)
     # Flipping the same bits of all points takes cells to cells.
-    points ^= points[0] ^ _HALF
-    found = np.asarray(points[1:] / 2.0**32)
+    return _in_square(_turned(np.arange(first, first + count), _SEED) ^ _HALF)
+
+
+@lru_cache(maxsize=1024)
+def sobol_points_around(number: int, count: int) -> NDArray[np.float64]:
+    """(count, 2) float64 in [0, 1): point `number` of the above, and others.
+
+    Of each number they are as even as the sequence's first ones; so are the first of all numbers,
+    the second of all, and so on. All together are more points than there are numbers.
+    """
+    # Turned as a whole by the numbers' points, or these by them.
+    own = _turned(np.array([number]), _SEED) ^ _HALF
+    return _in_square(own ^ _turned(np.arange(count), _SEED_AROUND))
+
+
+def _turned(index: NDArray[np.integer], seed: int) -> Bits:
+    """(N, 2): scrambled points, flipped so that point 0 lies at the origin."""
+    known: Bits = np.concatenate([[0], index]).astype(np.uint32)
+    axes = zip(sobol_bits(known).T, (seed, seed * 7919 + 13), strict=True)
+    points = np.stack([_scrambled(bits, each) for bits, each in axes], axis=1)
+    return np.asarray(points[1:] ^ points[0])
+
+
+def _in_square(bits: Bits) -> NDArray[np.float64]:
+    found = np.asarray(bits / 2.0**32)
     found.flags.writeable = False
     return found
 

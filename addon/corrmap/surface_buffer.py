@@ -49,6 +49,8 @@ class SurfaceBuffer:
         is_layer: whether it is one of them.
         shading_normal: xyz unit, as the mesh interpolates it, on the facet's side that faces the
             viewer; None where nobody needed it.
+        around: (PLACES, 2) float64, pixels, x to the right and y up: from the sample's place in
+            each pixel to others, which fill the pixel as the filter weighs it; None for no others.
     """
 
     width: int
@@ -66,6 +68,7 @@ class SurfaceBuffer:
     triangles: SeenTriangles | None = None
     bend: NormalBend | None = None
     shading_normal: Texture | None = None
+    around: NDArray[np.float64] | None = None
     through: Texture | None = None
     before: tuple[SurfaceBuffer, ...] = ()
     is_layer: bool = False

@@ -382,6 +382,7 @@ class SurfaceSampler:
             layers = (self._read(layer)[0] for layer in visible.before)
             before = tuple(replace(layer, is_layer=True) for layer in layers)
             surface = replace(surface, before=before)
+        surface = replace(surface, around=self.looks.around(index))
         if index == 0:
             self._correspondence = correspondence
         # Position, normals, how these turn, values, and the correspondence map once.

@@ -14,9 +14,12 @@ from numpy.typing import NDArray
 
 from ..scene.exposure import Exposure
 from ..scene.view import View
-from .pixel_filter import pixel_offsets
+from .pixel_filter import pixel_offsets, pixel_offsets_around
 from .visibility_samples import VisibilitySample, draw_visibility_sample, visibility_sample
 from .visible_surface import VisibleSurface, VisibleSurfacePass
+
+# Places of a sample from which a pixel looks at a light: one for each spot of a light's cell.
+PLACES = 16
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,11 @@ class ViewLooks:
         """Sample k's place in the pixel, (x, y) pixels from its centre."""
         x, y = pixel_offsets(self.view.pixel_filter, 1, first=k)[0]
         return float(x), float(y)
+
+    def around(self, k: int) -> NDArray[np.float64]:
+        """(PLACES, 2) from sample k's place in the pixel to others, the first the place itself: of
+        every sample these fill the pixel, and those of all samples together more finely."""
+        return pixel_offsets_around(self.view.pixel_filter, k, PLACES) - self.offset(k)
 
     def pinhole(self, k: int, *, with_objects: bool = False) -> VisibleSurface:
         """What the reference sees at sample k's place in the pixels."""

@@ -16,6 +16,7 @@ from ...corrmap.seen_triangles import RayHits
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
 from .even_places import lies_between
+from .flat_places import flat_steps
 from .shadow_rays import LIFT
 from .smooth_height import dot
 from .terminator import SmoothReceivers
@@ -138,11 +139,16 @@ class SeenReceivers:
         picture[:, self.hit.ravel()] = values
         return picture
 
+    @cached_property
+    def steps(self) -> NDArray[np.float32]:
+        """(2, 3, N) see `flat_steps`; found when it is first asked for."""
+        return flat_steps(self.receivers, self.hit, self.surface.picture_height)
+
     @property
     def nbytes(self) -> int:
         """Bytes of main memory."""
         each = self.receivers
-        arrays = (each.place, each.normal, each.lift, self.number, self.hit)
+        arrays = (each.place, each.normal, each.lift, self.number, self.hit, each.place)
         return sum(array.nbytes for array in arrays) + self.smooth.nbytes
 
 

@@ -9,6 +9,10 @@ Of a cell of a light each pixel looks at one of 16 spots, neighbours at others, 
 a 4 x 4 block at all. Where pixels nearby don't agree, a pixel looks at one in each quarter of the
 cell; where those don't, at all. So the penumbra of N samples is that of 16 N points, for a few rays
 where the cell is seen in parts. Nothing is blurred: contact stays sharp.
+
+On planes each spot is looked at from a place of its own in the pixel (`flat_places`). Were it the
+sample's one place, an edge would be as smooth as the N pairs of a place and a cell are even, which
+with 16 is 4 % of the light where the penumbra is about a pixel wide; so it is 1.5 %.
 """
 
 from __future__ import annotations
@@ -319,7 +323,7 @@ class _Rays:
 
         def aim(part: slice) -> _Aim:
             some = rows[part]
-            start = self._start(some)
+            start = self._start(some) + self._elsewhere(some, spots[part])
             way = self._way_to_spots(start, spots[part])
             side = self._seen.smooth.side(self._lit.number[some], way)
             above[part] = side == self._lit.side[some]
@@ -331,6 +335,17 @@ class _Rays:
     def _start(self, rows: _Rows) -> NDArray[np.float64]:
         """(3, R) where rays of some of the pixels start, but for lifts near the terminator."""
         return self._seen.receivers.starts(self._lit.number[rows], self._lit.side[rows])
+
+    def _elsewhere(
+        self, rows: NDArray[np.int64], spots: NDArray[np.int64]
+    ) -> NDArray[np.float64] | float:
+        """(3, R) from some of the pixels' places to those where rays to a spot each start."""
+        around = self._seen.surface.around
+        if around is None:
+            return 0.0
+        steps = self._seen.steps.take(self._lit.number[rows], axis=2)
+        right, up = around.take(spots, axis=0).T
+        return np.asarray(right * steps[0] + up * steps[1])
 
     def _lifted(self, rows: _Rows, start: NDArray[np.float64], way: NDArray[np.float64]) -> _Aim:
         """Where rays start near the terminator, and where they go from there to the same place."""

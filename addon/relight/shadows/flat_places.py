@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from .terminator import dot
+from .smooth_height import dot
 
 if TYPE_CHECKING:
     from .receivers import Receivers

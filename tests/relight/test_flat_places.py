@@ -17,6 +17,7 @@ from addon.relight.shadows.flat_places import flat_steps
 from addon.relight.shadows.receivers import Receivers
 from addon.relight.shadows.shadow_rays import LIFT
 from addon.relight.shadows.traced_shadow import TracedShadow, TracedShadowPass
+from addon.scene.view import PixelFilter
 from tests import synthetic
 from tests.reference.surfaces import surfaces
 
@@ -89,6 +90,16 @@ def test_none_beside_a_crease_a_hole_or_the_end_of_a_picture() -> None:
     assert not below[6:].any()
 
 
+def test_parts_of_a_picture_know_of_each_other() -> None:
+    """One so wide that few rows are worked on at once."""
+    row, column = grid(11, 9000)
+    hit = np.ones(row.shape, dtype=np.bool_)
+    steps = flat_steps(receivers(np.stack([column, row, 0.0 * row], axis=-1), UP), hit)
+    flat = steps.any(axis=(0, 1)).reshape(row.shape)
+    assert flat[2:-2, 2:-2].all()
+    assert np.count_nonzero(flat) == 7 * 8996
+
+
 def test_none_on_a_ball() -> None:
     """A place between two on it would lie inside."""
     row, column = grid()
@@ -130,6 +141,28 @@ def test_a_lone_plane_is_wholly_lit(gpu_context: None, tilt: float, where: str) 
         seen = replace(surface.upload(), around=looks.around(k))
         drawn = TracedShadowPass(geometry).draw(seen, light, light_sample(light, k, 16))
         assert (open_spots(drawn) == SPOTS).all()
+
+
+def test_places_farther_away_than_the_plane_is_known_are_left(gpu_context: None) -> None:
+    """Those of a wide pixel filter: a ray might start in what stands beside the plane."""
+    sheet = np.array([[0.0, -9.0, 1.0], [9.0, -9.0, 1.0], [9.0, 9.0, 1.0], [0.0, 9.0, 1.0]])
+    shapes = [square(3.0, 0.0), (sheet, np.array([[0, 1, 2], [0, 2, 3]]))]
+    light = light_at("AREA", (0.0, 0.0, 2.0), (0.0, 0.0, 0.0), size=0.1)
+    along = 0.05 * np.arange(-12.0, 12.0)
+    surface = surfaces(floor_points(along, along), UP, eye=(0.0, 0.0, 0.5)).upload()
+    view = synthetic.perspective_view(np.eye(4), 24, 24, 1.0)
+    seen = {}
+    for width in (1.5, 3.0):
+        wide = replace(view, pixel_filter=PixelFilter(width=width))
+        around = ViewLooks(wide, None).around(0)  # type: ignore[arg-type]
+        # A pass each: it keeps what it knows of a sample.
+        rays = TracedShadowPass(synthetic.geometry_of(shapes))
+        spread = replace(surface, around=around)
+        seen[width] = open_spots(rays.draw(spread, light, light_sample(light, 0, 16)))
+    rays = TracedShadowPass(synthetic.geometry_of(shapes))
+    one = open_spots(rays.draw(surface, light, light_sample(light, 0, 16)))
+    assert np.array_equal(seen[3.0], one)
+    assert not np.array_equal(seen[1.5], one)
 
 
 def open_spots(drawn: TracedShadow) -> Array:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from ...camplace.parallel import in_parts
 from .smooth_height import dot
 
 if TYPE_CHECKING:
@@ -21,13 +22,19 @@ if TYPE_CHECKING:
 # more, places in between are not where the steps lead. A pixel away they are off by half of this.
 _UNEVEN = 0.1
 
+# How many pixels around are known to be on the plane.
+REACH = 2
+
+# Pixels at once, in whole rows: few enough to stay in the processor's cache.
+_PART = 1 << 14
+
 
 def flat_steps(
     receivers: Receivers, hit: NDArray[np.bool_], with_neighbours: int | None = None
 ) -> NDArray[np.float32]:
     """(2, 3, N) local space: the steps along a plane from each receiver to the next column's place
     and to the next row's; zero unless all in the 3 x 3 pixels around, and those beside these, are
-    on its plane. That is a pixel more than what samples of a pixel reach.
+    on its plane.
 
     Args:
         receivers: N places, of the pixels that see something, row by row.
@@ -35,16 +42,32 @@ def flat_steps(
         with_neighbours: below which row those beside a pixel are its neighbours; None for all.
     """
     hit = hit[:with_neighbours]
-    count = int(np.count_nonzero(hit))
+    height, width = hit.shape
     steps = np.zeros((2, 3, receivers.place.shape[1]), dtype=np.float32)
-    if min(hit.shape) < 3 or not count:
+    if min(hit.shape) < 3:
         return steps
+    # Of the rows before each one.
+    before = np.concatenate([[0], np.cumsum(np.count_nonzero(hit, axis=1))])
+
+    def work(rows: slice) -> None:
+        first, last = max(rows.start - REACH, 0), min(rows.stop + REACH, height)
+        found = _steps(receivers, slice(before[first], before[last]), hit[first:last])
+        own = found[:, :, rows.start - first : rows.stop - first]
+        steps[:, :, before[rows.start] : before[rows.stop]] = own[..., hit[rows]]
+
+    in_parts(work, height, max(_PART // width, 2 * REACH))
+    return steps
+
+
+def _steps(receivers: Receivers, some: slice, hit: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """(2, 3, H, W) the same of whole rows, of which some receivers are hit (H, W); zero also in the
+    first and the last `REACH` rows and columns."""
     # NaN is on nobody's plane.
     place, normal = (np.full((3, *hit.shape), np.nan) for _ in range(2))
     lift = np.zeros(hit.shape, dtype=np.float32)
-    place[:, hit] = receivers.place[:, :count]
-    normal[:, hit] = receivers.normal[:, :count]
-    lift[hit] = receivers.lift[:count]
+    place[:, hit] = receivers.place[:, some]
+    normal[:, hit] = receivers.normal[:, some]
+    lift[hit] = receivers.lift[some]
     flat = np.ones(hit.shape, dtype=np.bool_)
     along = np.zeros((2, *place.shape))
     for step, axis in zip(along, (1, 0), strict=True):
@@ -62,8 +85,7 @@ def flat_steps(
         flat &= here
         step[:, *middle] = 0.5 * both
     flat = ndimage.binary_erosion(flat, np.ones((3, 3), dtype=np.bool_))
-    steps[:, :, :count] = np.where(flat, along, 0.0)[..., hit]
-    return steps
+    return np.where(flat, along, 0.0)
 
 
 def _part(axis: int, chosen: slice) -> tuple[slice, slice]:

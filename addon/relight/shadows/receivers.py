@@ -16,7 +16,7 @@ from ...corrmap.seen_triangles import RayHits
 from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
 from .even_places import lies_between
-from .flat_places import flat_steps
+from .flat_places import REACH, flat_steps
 from .shadow_rays import LIFT
 from .smooth_height import dot
 from .terminator import SmoothReceivers
@@ -145,11 +145,20 @@ class SeenReceivers:
         return flat_steps(self.receivers, self.hit, self.surface.picture_height)
 
     @property
+    def around(self) -> NDArray[np.float64] | None:
+        """(PLACES, 2) the surface's; None where some lie farther away than `steps` knows of, as a
+        wide pixel filter's do. Of Blender's default filter they are up to 1.8 pixels away."""
+        around = self.surface.around
+        return None if around is None or np.abs(around).max() > REACH else around
+
+    @property
     def nbytes(self) -> int:
-        """Bytes of main memory."""
+        """Bytes of main memory, with those of `steps`, and of others once they are made."""
         each = self.receivers
-        arrays = (each.place, each.normal, each.lift, self.number, self.hit, each.place)
-        return sum(array.nbytes for array in arrays) + self.smooth.nbytes
+        made = (vars(self).get(name) for name in ("starts", "even"))
+        arrays = (each.place, each.normal, each.lift, self.number, self.hit, *made)
+        kept = sum(array.nbytes for array in arrays if array is not None)
+        return kept + 24 * len(each.lift) + self.smooth.nbytes
 
 
 def on_planes(

@@ -50,7 +50,8 @@ def look_sparsely(
     where none is.
 
     Args:
-        ask: sends rays of some pixels (R,), row by row; whether each meets nothing.
+        ask: sends rays of some pixels (R,) by their numbers, row by row from 0, in any order, each
+            once; whether each meets nothing.
         sides: (H, W) the side that may be lit: 1 the viewer's, -1 the other; 0 for none.
         even: (H, W) as `lies_between`.
     """

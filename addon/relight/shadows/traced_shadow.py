@@ -66,7 +66,7 @@ _SHORT_OF_LIGHT = 16.0 * float(np.finfo(np.float32).eps)
 # calls are little beside them, also for those near the terminator.
 _PART = 1 << 14
 
-# Bytes of main memory for what is known of views' samples, 73 for a pixel.
+# Bytes of main memory for what is known of views' samples, 85 for a pixel.
 _RECEIVER_BUDGET = 512 << 20
 
 
@@ -320,10 +320,17 @@ class _Rays:
             (R,), (R,) whether it is open, and whether the spot is on the side that is lit.
         """
         above = np.zeros(len(rows), dtype=np.bool_)
+        around = self._seen.around
+        # Found here: of the threads below each would find them for itself.
+        steps = None if around is None else self._seen.steps
 
         def aim(part: slice) -> _Aim:
             some = rows[part]
-            start = self._start(some) + self._elsewhere(some, spots[part])
+            start = self._start(some)
+            if around is not None and steps is not None:
+                right, up = around.take(spots[part], axis=0).T
+                along = steps.take(self._lit.number[some], axis=2)
+                start += right * along[0] + up * along[1]
             way = self._way_to_spots(start, spots[part])
             side = self._seen.smooth.side(self._lit.number[some], way)
             above[part] = side == self._lit.side[some]
@@ -335,17 +342,6 @@ class _Rays:
     def _start(self, rows: _Rows) -> NDArray[np.float64]:
         """(3, R) where rays of some of the pixels start, but for lifts near the terminator."""
         return self._seen.receivers.starts(self._lit.number[rows], self._lit.side[rows])
-
-    def _elsewhere(
-        self, rows: NDArray[np.int64], spots: NDArray[np.int64]
-    ) -> NDArray[np.float64] | float:
-        """(3, R) from some of the pixels' places to those where rays to a spot each start."""
-        around = self._seen.surface.around
-        if around is None:
-            return 0.0
-        steps = self._seen.steps.take(self._lit.number[rows], axis=2)
-        right, up = around.take(spots, axis=0).T
-        return np.asarray(right * steps[0] + up * steps[1])
 
     def _lifted(self, rows: _Rows, start: NDArray[np.float64], way: NDArray[np.float64]) -> _Aim:
         """Where rays start near the terminator, and where they go from there to the same place."""

@@ -12,7 +12,7 @@ where the cell is seen in parts. Nothing is blurred: contact stays sharp.
 
 On planes each spot is looked at from a place of its own in the pixel (`flat_places`). Were it the
 sample's one place, an edge would be as smooth as the N pairs of a place and a cell are even, which
-with 16 is 4 % of the light where the penumbra is about a pixel wide; so it is 1.5 %.
+with 16 is 5 % of the light where the penumbra is one to three pixels wide; so it is 1.5 %.
 """
 
 from __future__ import annotations

@@ -49,13 +49,11 @@ def _mark(place: NDArray[np.floating], even: NDArray[np.bool_]) -> NDArray[np.fl
     grid = np.ascontiguousarray(place[:, ::2, ::2])
 
     def work(part: slice) -> None:
-        # The next part's first row is a neighbour.
-        own, around = (
-            place[:, 2 * part.start : 2 * part.stop + 1],
-            grid[:, part.start : part.stop + 1],
-        )
-        marked = even[2 * part.start : 2 * part.stop + 1]
+        around = grid[:, part.start : part.stop + 1]
         for begin, pairs in BETWEEN:
+            # The next part's first row is a neighbour of odd ones, and no more.
+            rows = slice(2 * part.start, 2 * part.stop + begin[0])
+            own, marked = place[:, rows], even[rows]
             middle = np.ascontiguousarray(between(own, begin, (0, 0)))
             height, width = middle.shape[1:]
             even_here = np.ones((height, width), dtype=np.bool_)

@@ -282,11 +282,6 @@ class _Rays:
         self._through = np.zeros((len(lit.number), 3)) if shadow_rays.dims else None
         self._opened = np.zeros(len(lit.number))
 
-    @property
-    def dims(self) -> bool:
-        """Whether sheer surfaces may dim them."""
-        return self._through is not None
-
     def tint(self) -> NDArray[np.float64] | None:
         """(N, 3) the mean of what open rays brought; None where nothing was lost."""
         if self._through is None or not self._opened.any():

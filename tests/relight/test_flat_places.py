@@ -109,6 +109,19 @@ def test_none_on_a_ball() -> None:
     assert not flat_steps(receivers(direction, direction), hit).any()
 
 
+@pytest.mark.parametrize("bend", [0.3, 0.6, 0.9])
+def test_none_in_a_bowl(bend: float) -> None:
+    """What bends by less than the height at which rays start hides them two pixels away."""
+    row, column = grid()
+    x, y = 0.01 * (column - 8.0), 0.01 * (row - 6.0)
+    hollow = bend * LIFT * 1e3 / 0.01**2
+    place = np.stack([x + 1e3, y, hollow * (x * x + y * y)], axis=-1)
+    normal = np.stack([-2.0 * hollow * x, -2.0 * hollow * y, np.ones_like(x)], axis=-1)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    hit = np.ones(row.shape, dtype=np.bool_)
+    assert not flat_steps(receivers(place, normal), hit).any()
+
+
 def test_none_near_a_horizon() -> None:
     """Steps between rows grow there, and lead elsewhere than the pixel is."""
     row, column = np.indices((40, 16)).astype(float)

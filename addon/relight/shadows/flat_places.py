@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 # more, places in between are not where the steps lead. A pixel away they are off by half of this.
 _UNEVEN = 0.1
 
+# Of the height at which rays start: so far off a plane may what lies a pixel away be. Where a
+# surface bends, what lies `REACH` pixels away is off four times as far.
+_OFF_PLANE = 0.25
+
 # How many pixels around are known to be on the plane.
 REACH = 2
 
@@ -74,8 +78,8 @@ def _steps(receivers: Receivers, some: slice, hit: NDArray[np.bool_]) -> NDArray
         first, last = _part(axis, slice(None, -1)), _part(axis, slice(1, None))
         middle = _part(axis, slice(1, -1))
         apart = place[:, *last] - place[:, *first]
-        on_plane = np.abs(dot(normal[:, *first], apart)) <= lift[first]
-        on_plane &= np.abs(dot(normal[:, *last], apart)) <= lift[last]
+        on_plane = np.abs(dot(normal[:, *first], apart)) <= _OFF_PLANE * lift[first]
+        on_plane &= np.abs(dot(normal[:, *last], apart)) <= _OFF_PLANE * lift[last]
         both = apart[:, *last] + apart[:, *first]
         more = apart[:, *last] - apart[:, *first]
         even = dot(more, more) <= _UNEVEN**2 * dot(both, both)

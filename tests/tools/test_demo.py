@@ -22,7 +22,10 @@ def view_report(**changes: Any) -> dict[str, Any]:
         "whole": dict(part),
         "away_from_edges": dict(part),
         "hole_fraction": 0.001,
-        "reference": {"noise_floor": {"whole": {"psnr_luma": 50.0}}, "noise_is_low_enough": True},
+        "reference": {
+            "noise_floor": {"whole": {"psnr_luma": 45.0}, "away_from_edges": {"psnr_luma": 46.0}},
+            "noise_is_low_enough": False,
+        },
     }
     for path, value in changes.items():
         *outer, last = path.split("__")
@@ -39,7 +42,8 @@ def view_report(**changes: Any) -> dict[str, Any]:
         ({"whole__psnr_luma": 29.99}, "less than 30"),
         ({"away_from_edges__psnr_luma": 35.9}, "less than 36"),
         ({"hole_fraction": 0.01}, "1.00 % holes"),
-        ({"reference__noise_is_low_enough": False}, "too noisy"),
+        ({"reference__noise_floor__whole__psnr_luma": 35.9}, "too noisy, 35.90 dB"),
+        ({"reference__noise_floor__away_from_edges__psnr_luma": 41.9}, "too noisy, 41.90 dB"),
     ],
 )
 def test_each_missed_target_is_named(changes: dict[str, Any], words: str) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -101,10 +101,9 @@ class Stage:
         self._camera.matrix_world = Matrix(camera.world_from_camera.tolist())
         render = self._scene.render
         render.resolution_x = render.resolution_y = camera.resolution
-        size = self._size(camera)
-        result = self._picture(camera, size, self._passes)
+        result = self._picture(camera, self._passes)
         if self._sky_rays:
-            result["ambient_occlusion"] = self._render_sky(camera, size)
+            result["ambient_occlusion"] = self._render_sky(camera)
         return result
 
     def render_means(self, camera: CachingCamera) -> dict[str, NDArray[np.float32]]:
@@ -123,23 +122,38 @@ class Stage:
         }
         if "material_id" not in wanted:
             wanted[COVERED] = ("Combined", "A")
-        with self._sampled(self._texel_samples):
-            return self._picture(camera, self._size(camera), wanted)
+        with self._only_aovs(wanted), self._sampled(self._texel_samples):
+            return self._picture(camera, wanted)
 
-    def _size(self, camera: CachingCamera) -> int:
-        """Bytes of a file with all passes."""
-        components = 4 + sum(len(letters) for _, letters in self._passes.values())
-        return components * camera.resolution**2 * np.dtype(np.float32).itemsize
+    @contextmanager
+    def _only_aovs(self, channels: Container[str]) -> Iterator[None]:
+        """Only these channels' AOVs: Cycles works out all that a layer has, and of ambient
+        occlusion each sample would cast all of its rays again."""
+        layers = [layer for layer in self._scene.view_layers if layer.use]
+        removed = []
+        for layer in layers:
+            for aov in list(layer.aovs):
+                name = aov.name.removeprefix(AOV_PREFIX)
+                if name not in channels:
+                    removed.append((layer, name, aov.type))
+            for name in [name for other, name, _ in removed if other == layer]:
+                layer.aovs.remove(layer.aovs[AOV_PREFIX + name])
+        try:
+            yield
+        finally:
+            for layer, name, kind in removed:
+                aov = layer.aovs.add()
+                aov.name, aov.type = AOV_PREFIX + name, kind
 
-    def _render_sky(self, camera: CachingCamera, size: int) -> NDArray[np.float32]:
+    def _render_sky(self, camera: CachingCamera) -> NDArray[np.float32]:
         """(R, R, 1): the light of a sky of radiance 1 on white surfaces, which is the open share
         of the cosine-weighted hemisphere."""
         cycles = self._scene.cycles
         cycles.max_bounces = 1
         sky = {"sky": (f"Combined_{_SKY}", "R")}
         try:
-            with self._sampled(self._sky_rays):
-                return np.clip(self._picture(camera, size, sky)["sky"], 0.0, 1.0)
+            with self._only_aovs(()), self._sampled(self._sky_rays):
+                return np.clip(self._picture(camera, sky)["sky"], 0.0, 1.0)
         finally:
             cycles.max_bounces = 0
 
@@ -160,11 +174,14 @@ class Stage:
                 layer.samples = 1
 
     def _picture(
-        self, camera: CachingCamera, size: int, passes: Mapping[str, tuple[str, str]]
+        self, camera: CachingCamera, passes: Mapping[str, tuple[str, str]]
     ) -> dict[str, NDArray[np.float32]]:
-        """Render these passes, which take so many bytes, and read them."""
+        """Render, and read these passes."""
         started = time.monotonic()
-        render_to(self._path, size, f"caching camera {camera.id}", scene=self._scene.name)
+        components = sum(len(letters) for _, letters in passes.values())
+        least_bytes = components * camera.resolution**2 * np.dtype(np.float32).itemsize
+        what = f"caching camera {camera.id}"
+        render_to(self._path, least_bytes, what, scene=self._scene.name)
         rendered = time.monotonic()
         pictures = self._read(camera.resolution, passes)
         self.seconds["cycles"] += rendered - started

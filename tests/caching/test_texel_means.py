@@ -12,9 +12,11 @@ import pytest
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from addon.caching import bake_camera
+from addon.caching import aov_render, bake_camera
 from addon.caching.occlusion_filter import smooth_occlusion
+from addon.caching.specialize import AOV_PREFIX
 from addon.caching.texel_means import sharpened, within_one_surface
+from addon.scene.temporary_render import render_to
 
 from .material_grid import (
     RESOLUTION,
@@ -88,6 +90,30 @@ def test_drafts_keep_the_texels_centres(tmp_path: Path) -> None:
     store, _ = bake(scene, [camera_above((0, 0, 0), HEIGHT, FOV)], tmp_path, preset="draft")
     found = store.read_camera(0).channels["diffuse_color"]
     assert set(np.unique(found)) == {0.0, 1.0}
+
+
+def test_means_are_rendered_without_what_is_not_averaged(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of ambient occlusion each of a texel's samples would cast all rays again."""
+    rendered: list[tuple[int, set[str]]] = []
+
+    def spy(path: Path, least_bytes: int, what: str, *, scene: str) -> None:
+        layer = next(layer for layer in bpy.data.scenes[scene].view_layers if layer.use)
+        names = {aov.name.removeprefix(AOV_PREFIX) for aov in layer.aovs}
+        rendered.append((layer.samples, names))
+        render_to(path, least_bytes, what, scene=scene)
+
+    monkeypatch.setattr(aov_render, "render_to", spy)
+    scene = empty_scene()
+    scene.world = bpy.data.worlds.new("sky")
+    stripes(scene)
+    cameras = [camera_above((0, 0, 0), HEIGHT, FOV), camera_above((0.5, 0, 0), HEIGHT, FOV, 1)]
+    store, _ = bake(scene, cameras, tmp_path, preset="final")
+    everything = set(store.plan.stored) - {"depth"}
+    assert {"ambient_occlusion", "normal", "diffuse_color"} <= everything
+    # The second camera's first picture has all of them again.
+    assert rendered == [(1, everything), (16, {"diffuse_color"})] * 2
 
 
 def test_each_ray_to_the_sky_counts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,8 @@
 
 Of each scene (the demo's room, where none is named) four views are made by a rule
 (`benchmarks/other_views.py`). For each preset the scene is baked, the views are relit, and held
-against Cycles with direct light. Plans, caches, relit pictures and references stay in
+against Cycles with direct light; with few samples and with more, since that is what speed is
+traded for. Plans, caches, relit pictures and references stay in
 out/accuracy/scenes/, so that a run that was stopped goes on, and one with other presets or scenes
 adds its part. At first it says how long all of it takes. From all that is there
 docs/scenes_accuracy.md is written, and a contact sheet for each scene.
@@ -32,6 +33,8 @@ from .scene_steps import Rates, Step, describe_plans, in_order, read_json, steps
 from .scene_table import draw_sheets, write_page
 
 REFERENCE_SAMPLES, DOUBLINGS = 16, 3
+# As many as Blender gives a final render with EEVEE where nobody says.
+FINE_SAMPLES = 64
 
 
 def main() -> int:
@@ -111,7 +114,7 @@ def _run(step: Step, scene: Path, folder: Path, args: argparse.Namespace) -> str
     """
     command = [
         sys.executable, "-m", "benchmarks.scene_run", step.kind, str(scene),
-        "--folder", str(folder), "--samples", str(args.samples), "--shadows", args.shadows,
+        "--folder", str(folder), "--samples", *map(str, args.samples), "--shadows", args.shadows,
         "--reference-samples", str(args.reference_samples), "--doublings", str(args.doublings),
         "--presets", *args.presets,
     ]  # fmt: skip
@@ -132,7 +135,7 @@ def _write(args: argparse.Namespace) -> None:
     """The page and the sheets, from all that is there in any folder."""
     found = sorted(args.folder.glob("*/*/plan.json"))
     wanted = [path.parent for path in found if path.parent.name == _size_name(args.size)]
-    write_page(args.out, wanted, args.samples)
+    write_page(args.out, wanted)
     draw_sheets(wanted)
 
 
@@ -146,7 +149,7 @@ def _forget(folder: Path, args: argparse.Namespace) -> None:
             shutil.rmtree(folder / preset, ignore_errors=True)
             plan["presets"].pop(preset, None)  # type: ignore[index]
         if args.again:
-            for path in (folder / preset).glob("*/relit.json"):
+            for path in (folder / preset).glob("*/*/relit.json"):
                 path.unlink()
                 (path.parent / "figures.json").unlink(missing_ok=True)
     if plan is not None and args.bake_again:
@@ -193,8 +196,10 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--size", type=size, metavar="WxH",
                         help="of the pictures, and of those that are placed for "
                         "(default: each scene's own)")  # fmt: skip
-    parser.add_argument("--samples", type=positive, default=PICTURE_SAMPLES, metavar="N",
-                        help="of a relit pixel (default: %(default)s)")  # fmt: skip
+    parser.add_argument("--samples", type=positive, nargs="+", metavar="N",
+                        default=[PICTURE_SAMPLES, FINE_SAMPLES],
+                        help="of a relit pixel; a picture for each "
+                        "(default: %(default)s)")  # fmt: skip
     parser.add_argument("--shadows", choices=("auto", "map", "traced"), default="auto")
     parser.add_argument("--reference-samples", type=positive, default=REFERENCE_SAMPLES,
                         metavar="N", help="of a reference's pixel and light, to begin with "

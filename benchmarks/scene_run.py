@@ -7,7 +7,7 @@ The steps, each of which keeps what an earlier run of it left:
 
 * plan: choose the views and place the caching cameras for each preset.
 * bake: bake the cameras of a preset.
-* relight: relight the views from that.
+* relight: relight the views from that, with each number of samples.
 * measure: render the views with Cycles, and hold what was relit against them.
 """
 
@@ -36,6 +36,7 @@ from tools.scene_file import load_blender, open_scene
 from tools.verbs.arguments import size
 
 from .kept_reference import KeptReference
+from .scene_steps import picture_folder
 
 STEPS = ("plan", "bake", "relight", "measure")
 VIEWS = 4
@@ -158,37 +159,41 @@ class SceneRun:
 
     def relight(self) -> None:
         """Relight the views that were not yet."""
+        views = self._views()
+        for order, samples in enumerate(self._args.samples):
+            missing = {
+                name: view
+                for name, view in views.items()
+                if self._args.again or not (self._at(name, samples) / "relit.json").is_file()
+            }
+            ends = [(order + i) / len(self._args.samples) for i in (0, 1)]
+            if missing:
+                self._relight(missing, samples, part_of(self._progress, *ends))
+
+    def _relight(self, views: dict[str, View], samples: int, progress: Progress) -> None:
         from tools.evaluation import Shot, relight_view
         from tools.filling import Filling
         from tools.relit import open_session
 
-        folder = self._preset_folder
-        views = self._views()
-        missing = {
-            name: view
-            for name, view in views.items()
-            if self._args.again or not (folder / name / "relit.json").is_file()
-        }
-        if not missing:
-            return
+        cache = self._preset_folder / "cache"
         started = time.monotonic()
         session = open_session(
-            self._arrays, folder / "cache", self._args.samples, part_of(self._progress, 0.0, 0.2),
-            shadows=self._args.shadows,
-        )  # fmt: skip
+            self._arrays, cache, samples, part_of(progress, 0.0, 0.2), shadows=self._args.shadows
+        )
         loading = time.monotonic() - started
-        for number, (name, view) in enumerate(missing.items()):
-            ends = [0.2 + 0.8 * (number + i) / len(missing) for i in (0, 1)]
+        for number, (name, view) in enumerate(views.items()):
+            ends = [0.2 + 0.8 * (number + i) / len(views) for i in (0, 1)]
+            folder = self._at(name, samples)
             # The figures of an earlier picture go first.
-            (folder / name / "figures.json").unlink(missing_ok=True)
-            shot = Shot(name, self._scene.frame_current, view, folder / name)
+            (folder / "figures.json").unlink(missing_ok=True)
+            shot = Shot(name, self._scene.frame_current, view, folder)
             session.set_view(view)
             coverage = session.coverage
             with Filling(
-                self._scene, self._arrays, folder / "cache", session,
+                self._scene, self._arrays, cache, session,
                 fills=not self._args.no_filling, keeps=False,
             ) as filling:  # fmt: skip
-                relit = relight_view(session, shot, part_of(self._progress, *ends), filling)
+                relit = relight_view(session, shot, part_of(progress, *ends), filling)
             # What one view had baked for it is not for the next one.
             session.set_added([])
             relit.write_relit(self._scene)
@@ -201,7 +206,7 @@ class SceneRun:
                 "loading": loading,
                 "warnings": list(session.warnings),
             }
-            _write(folder / name / "relit.json", report)
+            _write(folder / "relit.json", report)
 
     def measure(self) -> None:
         """Render what Cycles has not yet, and write figures.json for each view that was relit."""
@@ -211,11 +216,12 @@ class SceneRun:
         views = self._views()
         for number, (name, view) in enumerate(views.items()):
             step = part_of(self._progress, number / len(views), (number + 1) / len(views))
-            folders = [self._folder / preset / name for preset in self._args.presets]
             folders = [
                 folder
-                for folder in folders
-                if (folder / "relit.exr").is_file() and not (folder / "figures.json").is_file()
+                for preset in self._args.presets
+                for samples in sorted(self._args.samples)
+                if ((folder := self._at(name, samples, preset)) / "relit.exr").is_file()
+                and not (folder / "figures.json").is_file()
             ]
             if not folders:
                 continue
@@ -243,6 +249,9 @@ class SceneRun:
     @property
     def _preset_folder(self) -> Path:
         return self._folder / str(self._args.preset)
+
+    def _at(self, view: str, samples: int, preset: str | None = None) -> Path:
+        return picture_folder(self._folder, preset or str(self._args.preset), view, samples)
 
     def _base(self, view: View, views: tuple[View, ...]) -> str:
         """The camera that a view was made from: the one with its lens, and next to it."""
@@ -352,7 +361,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--preset", choices=presets)
     parser.add_argument("--presets", choices=presets, nargs="+", default=list(presets))
     parser.add_argument("--size", type=size)
-    parser.add_argument("--samples", type=positive, required=True)
+    parser.add_argument("--samples", type=positive, nargs="+", required=True)
     parser.add_argument("--shadows", choices=("auto", "map", "traced"), default="auto")
     parser.add_argument("--reference-samples", type=positive, required=True)
     parser.add_argument("--doublings", type=int, required=True)

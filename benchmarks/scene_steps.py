@@ -86,7 +86,7 @@ def steps_left(
     folder: Path,
     presets: Sequence[str],
     *,
-    samples: int,
+    samples: Sequence[int],
     reference_samples: int,
 ) -> list[Step]:
     """What is still to do for a scene: planning alone, until that is done.
@@ -95,7 +95,7 @@ def steps_left(
         name: of the scene.
         folder: of its results.
         presets: wanted ones.
-        samples: of a relit pixel.
+        samples: of a relit pixel; each such number is a picture of its own.
         reference_samples: of a reference's pixel and light, to begin with.
     """
     plan = read_json(folder / "plan.json")
@@ -106,15 +106,19 @@ def steps_left(
     left = []
     fewest = plan["pixels"] * reference_samples * plan["renders"]
     for preset in presets:
-        views = [folder / preset / entry["name"] for entry in plan["views"]]
-        unlit = sum(not (view / "relit.json").is_file() for view in views)
-        unmeasured = sum(not (view / "figures.json").is_file() for view in views)
+        pictures = [
+            (count, picture_folder(folder, preset, entry["name"], count))
+            for entry in plan["views"]
+            for count in samples
+        ]
+        unlit = sum(count for count, at in pictures if not (at / "relit.json").is_file())
+        unmeasured = any(not (at / "figures.json").is_file() for _, at in pictures)
         if unlit:
             # What was baked is looked through again: it may have been by an earlier version.
             new = not (folder / preset / "bake.json").is_file()
             cameras, texels = (planned[preset][part] for part in ("cameras", "texels"))
             left.append(Step("bake", name, preset, new * texels, 2 * new * cameras))
-            lit = plan["pixels"] * samples * (plan["lights"] + 1)
+            lit = plan["pixels"] * (plan["lights"] + 1)
             left.append(Step("relight", name, preset, unlit * lit))
         if unlit or unmeasured:
             unseen = sum(
@@ -127,6 +131,11 @@ def steps_left(
             renders = 2 * unseen * plan["renders"] * (1 + USUAL_DOUBLINGS)
             left.append(Step("measure", name, preset, work, renders))
     return left
+
+
+def picture_folder(folder: Path, preset: str, view: str, samples: int) -> Path:
+    """Where a view's picture with a preset and so many samples is, and what is known of it."""
+    return folder / preset / view / f"{samples} samples"
 
 
 def in_order(steps: Mapping[str, Sequence[Step]], presets: Sequence[str]) -> list[Step]:

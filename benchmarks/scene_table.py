@@ -14,7 +14,7 @@ from tools.contact_sheet import Cell, Row, write_sheet
 
 from .kept_reference import BLOCK, FINER
 from .scene_run import FINER_BLOCKS, LEAST_DB
-from .scene_steps import read_json
+from .scene_steps import picture_folder, read_json
 
 # What every view is to reach with the preset "final".
 LEAST_PSNR, LEAST_AWAY = LEAST_DB["whole"], LEAST_DB["away_from_edges"]
@@ -30,7 +30,7 @@ light on every lobe.
 The views come from the scene's own cameras by one rule for all scenes
 (`benchmarks/other_views.py`): three to five tenths of the viewing distance away, where placement
 looks from at most one tenth. The caching cameras are placed and baked as *Place* and *Bake* do it,
-with each preset. Relume takes {samples} samples. PSNR is the paper's, of luma in the
+with each preset; *samples* are those of a relit pixel. PSNR is the paper's, of luma in the
 display-encoded 8-bit picture; *away* leaves out 2 pixels about surfaces' edges and creases. SSIM is
 of luma, HDR-FLIP the mean of the picture. *Holes* are pixels of the surface that no caching camera
 sees, *open* those that neighbours did not fill, *left* what is open after surfaces were baked for
@@ -106,7 +106,7 @@ class ViewFigures:
         whole, away = found["whole"], found["away_from_edges"]
         noiseless = found["without_noise"]
         return cls(
-            folder.name, Decibels.read(whole, noiseless["whole"]),
+            folder.parent.name, Decibels.read(whole, noiseless["whole"]),
             Decibels.read(away, noiseless["away_from_edges"]), whole["ssim"], whole["flip"],
             relit["hole_fraction"], relit["open_fraction"], relit["left_fraction"],
             relit["filling"]["seconds"], relit["seconds_relight"],
@@ -116,10 +116,11 @@ class ViewFigures:
 
 @dataclass(frozen=True)
 class SceneFigures:
-    """Of one scene with one preset."""
+    """Of one scene with one preset and one number of samples of a relit pixel."""
 
     scene: str
     preset: str
+    samples: int
     plan: dict[str, Any]
     bake: dict[str, Any]
     views: Sequence[ViewFigures]
@@ -131,8 +132,8 @@ class SceneFigures:
         areas = [[v.psnr for v in views], [v.away for v in views]]
         worst = [min(area, key=lambda found: found.noiseless) for area in areas]
         cells = [
-            self.scene, self.preset, str(planned["cameras"]), f"{planned['texels'] / 1e6:.1f}",
-            f"{self.bake['cache_bytes'] / 1e6:.0f}", f"{self.bake['seconds']:.0f}",
+            self.scene, self.preset, str(self.samples), str(planned["cameras"]),
+            f"{planned['texels'] / 1e6:.1f}", f"{self.bake['cache_bytes'] / 1e6:.0f}", f"{self.bake['seconds']:.0f}",
             f"{_mean([v.psnr.measured for v in views]):.1f} / {worst[0].marked(LEAST_PSNR)}",
             f"{_mean([v.away.measured for v in views]):.1f} / {worst[1].marked(LEAST_AWAY)}",
             f"{_mean([v.ssim for v in views]):.4f}",
@@ -154,24 +155,28 @@ def read_scenes(folders: Sequence[Path]) -> list[SceneFigures]:
         for preset in PRESETS if plan is not None else ():
             assert plan is not None
             bake = read_json(folder / preset / "bake.json")
-            views = [
-                figures
-                for entry in plan["views"]
-                if (figures := ViewFigures.read(folder / preset / entry["name"])) is not None
-            ]
-            if bake is not None and views:
-                found.append(SceneFigures(folder.parent.name, preset, plan, bake, views))
+            for samples in _sample_counts(folder / preset):
+                at = [picture_folder(folder, preset, v["name"], samples) for v in plan["views"]]
+                views = [figures for each in at if (figures := ViewFigures.read(each)) is not None]
+                if bake is not None and views:
+                    scene = folder.parent.name
+                    found.append(SceneFigures(scene, preset, samples, plan, bake, views))
     return found
 
 
-def write_page(path: Path, folders: Sequence[Path], samples: int) -> None:
+def _sample_counts(folder: Path) -> list[int]:
+    """Of a preset's pictures, from the fewest."""
+    return sorted({int(path.parent.name.split()[0]) for path in folder.glob("*/*/relit.json")})
+
+
+def write_page(path: Path, folders: Sequence[Path]) -> None:
     """Write the page; not where nothing was measured."""
     scenes = read_scenes(folders)
     if not scenes:
         return
     lines = [
         HEAD.format(
-            samples=samples, blocks=FINER_BLOCKS, block=BLOCK, finer=FINER, psnr=LEAST_PSNR,
+            blocks=FINER_BLOCKS, block=BLOCK, finer=FINER, psnr=LEAST_PSNR,
             away=LEAST_AWAY, flip=LARGEST_FLIP, open=100.0 * MOST_OPEN,
         )
     ]  # fmt: skip
@@ -184,8 +189,8 @@ def write_page(path: Path, folders: Sequence[Path], samples: int) -> None:
 def _summary(scenes: Sequence[SceneFigures]) -> list[str]:
     sizes = sorted({"{}x{}".format(*scene.plan["size"]) for scene in scenes})
     heads = [
-        "scene", "preset", "cameras", "M texels", "MB", "bake s", "PSNR dB, mean / least",
-        "away dB, mean / least", "SSIM", "HDR-FLIP, most", "holes, most", "open, most",
+        "scene", "preset", "samples", "cameras", "M texels", "MB", "bake s",
+        "PSNR dB, mean / least", "away dB, mean / least", "SSIM", "HDR-FLIP, most", "holes, most", "open, most",
         "left, most", "fill s", "relight s",
     ]  # fmt: skip
     about = (
@@ -204,14 +209,14 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
     if not scenes:
         return []
     heads = [
-        "scene", "view", "PSNR", "away", "SSIM", "HDR-FLIP", "holes", "open", "left", "noise at",
-        "its HDR-FLIP",
+        "scene", "view", "samples", "PSNR", "away", "SSIM", "HDR-FLIP", "holes", "open", "left",
+        "noise at", "its HDR-FLIP",
     ]  # fmt: skip
     rows = []
     for scene in scenes:
         for view in scene.views:
             cells = [
-                scene.scene, view.name, view.psnr.marked(LEAST_PSNR),
+                scene.scene, view.name, str(scene.samples), view.psnr.marked(LEAST_PSNR),
                 view.away.marked(LEAST_AWAY), f"{view.ssim:.4f}",
                 _most(view.flip, LARGEST_FLIP, "{:.3f}"), f"{100.0 * view.holes:.2f} %",
                 f"{100.0 * view.open:.2f} %",
@@ -226,7 +231,8 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
 
 
 def draw_sheets(folders: Sequence[Path]) -> None:
-    """A sheet for each scene: a row for each view, Cycles and each preset with its error."""
+    """A sheet for each scene: a row for each view, Cycles and each preset with its error, of
+    the pictures with the most samples."""
     for folder in folders:
         plan = read_json(folder / "plan.json")
         assert plan is not None
@@ -237,7 +243,10 @@ def draw_sheets(folders: Sequence[Path]) -> None:
                 continue
             cells = [Cell(reference, "Cycles, direct light")]
             for preset in PRESETS:
-                place = folder / preset / entry["name"]
+                counts = _sample_counts(folder / preset)
+                if not counts:
+                    continue
+                place = picture_folder(folder, preset, entry["name"], counts[-1])
                 figures = ViewFigures.read(place)
                 if figures is None:
                     continue

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from benchmarks.scene_steps import Rates, Step, in_order, steps_left
+from benchmarks.scene_steps import Rates, Step, in_order, picture_folder, steps_left
 from benchmarks.scene_table import draw_sheets, read_scenes, write_page
 
 VIEWS = ["Other 1", "Other 2"]
@@ -34,10 +35,12 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
-def _relit(folder: Path, preset: str, psnr: float | None, noiseless: float | None) -> None:
+def _relit(
+    folder: Path, preset: str, psnr: float | None, noiseless: float | None, samples: int = 4
+) -> None:
     _write(folder / preset / "bake.json", {"seconds": 5.0, "cache_bytes": 4_000_000})
     for view in VIEWS:
-        place = folder / preset / view
+        place = picture_folder(folder, preset, view, samples)
         _write(place / "relit.json", {
             "hole_fraction": 0.02, "open_fraction": 0.004, "left_fraction": 0.002,
             "filling": {"seconds": 3.0}, "seconds_relight": 1.5,
@@ -50,8 +53,8 @@ def _relit(folder: Path, preset: str, psnr: float | None, noiseless: float | Non
         })  # fmt: skip
 
 
-def _left(folder: Path, presets: list[str]) -> list[Step]:
-    return steps_left("hall", folder, presets, samples=4, reference_samples=8)
+def _left(folder: Path, presets: list[str], samples: Sequence[int] = (4,)) -> list[Step]:
+    return steps_left("hall", folder, presets, samples=samples, reference_samples=8)
 
 
 def test_a_scene_is_planned_first(tmp_path: Path, folder: Path) -> None:
@@ -71,9 +74,9 @@ def test_then_baked_relit_and_measured_preset_by_preset(folder: Path) -> None:
 def test_what_is_done_is_left_out(folder: Path) -> None:
     _relit(folder, "draft", 38.0, 50.0)
     assert {s.preset for s in _left(folder, ["draft", "final"])} == {"final"}
-    (folder / "draft" / "Other 2" / "figures.json").unlink()
+    (folder / "draft" / "Other 2" / "4 samples" / "figures.json").unlink()
     assert [s.kind for s in _left(folder, ["draft"])] == ["measure"]
-    (folder / "draft" / "Other 2" / "relit.json").unlink()
+    (folder / "draft" / "Other 2" / "4 samples" / "relit.json").unlink()
     # The bake is kept, if it is still good.
     again = _left(folder, ["draft"])
     assert [s.kind for s in again] == ["bake", "relight", "measure"]
@@ -106,24 +109,41 @@ def test_the_page_marks_what_is_short_without_the_references_noise(
     _relit(folder, "draft", 38.0, 38.5)
     _relit(folder, "final", 39.0, 45.5)
     page = tmp_path / "page.md"
-    write_page(page, [folder], 4)
+    write_page(page, [folder])
     text = page.read_text(encoding="utf-8")
-    rows = [line for line in text.splitlines() if line.startswith("| hall | Other 1")]
+    rows = [line for line in text.splitlines() if line.startswith("| hall | Other 1 | 4 |")]
     assert "| **38.0 (38.5)** | **38.0 (38.5)** |" in rows[0]
     assert "| 39.0 (45.5) | 39.0 (45.5) |" in rows[1]
     assert "| 2.00 % | 0.40 % | **0.20 %** |" in rows[0]
-    assert "| hall | draft | 3 |" in text
+    assert "| hall | draft | 4 | 3 |" in text
+
+
+def test_each_number_of_samples_has_pictures_and_rows_of_its_own(
+    folder: Path, tmp_path: Path
+) -> None:
+    _relit(folder, "final", 39.0, 39.5)
+    relight = [s for s in _left(folder, ["final"], (4, 16)) if s.kind == "relight"]
+    alone = [s for s in _left(folder, ["final"], (16,)) if s.kind == "relight"]
+    # Those with 4 samples are there already.
+    assert relight[0].work == alone[0].work == 2 * 16 * 100 * 3
+    _relit(folder, "final", 42.0, 43.0, 16)
+    assert _left(folder, ["final"], (4, 16)) == []
+    page = tmp_path / "page.md"
+    write_page(page, [folder])
+    rows = [r for r in page.read_text("utf-8").splitlines() if r.startswith("| hall | final")]
+    assert [row.split(" | ")[2] for row in rows] == ["4", "16"]
+    assert "42.0 / 42.0 (43.0)" in rows[1]
 
 
 def test_equal_pictures_count_as_infinitely_near(folder: Path, tmp_path: Path) -> None:
     _relit(folder, "draft", None, None)
     found = read_scenes([folder])[0].views[0]
     assert found.psnr.measured == found.psnr.noiseless == float("inf")
-    write_page(tmp_path / "page.md", [folder], 4)
+    write_page(tmp_path / "page.md", [folder])
     assert "inf" in (tmp_path / "page.md").read_text(encoding="utf-8")
 
 
 def test_without_figures_there_is_no_page(folder: Path, tmp_path: Path) -> None:
-    write_page(tmp_path / "page.md", [folder], 4)
+    write_page(tmp_path / "page.md", [folder])
     draw_sheets([folder])
     assert not (tmp_path / "page.md").exists()

@@ -133,7 +133,8 @@ class SceneFigures:
         worst = [min(area, key=lambda found: found.noiseless) for area in areas]
         cells = [
             self.scene, self.preset, str(self.samples), str(planned["cameras"]),
-            f"{planned['texels'] / 1e6:.1f}", f"{self.bake['cache_bytes'] / 1e6:.0f}", f"{self.bake['seconds']:.0f}",
+            f"{planned['texels'] / 1e6:.1f}", f"{self.bake['cache_bytes'] / 1e6:.0f}",
+            f"{self.bake['seconds']:.0f}",
             f"{_mean([v.psnr.measured for v in views]):.1f} / {worst[0].marked(LEAST_PSNR)}",
             f"{_mean([v.away.measured for v in views]):.1f} / {worst[1].marked(LEAST_AWAY)}",
             f"{_mean([v.ssim for v in views]):.4f}",
@@ -190,8 +191,8 @@ def _summary(scenes: Sequence[SceneFigures]) -> list[str]:
     sizes = sorted({"{}x{}".format(*scene.plan["size"]) for scene in scenes})
     heads = [
         "scene", "preset", "samples", "cameras", "M texels", "MB", "bake s",
-        "PSNR dB, mean / least", "away dB, mean / least", "SSIM", "HDR-FLIP, most", "holes, most", "open, most",
-        "left, most", "fill s", "relight s",
+        "PSNR dB, mean / least", "away dB, mean / least", "SSIM", "HDR-FLIP, most",
+        "holes, most", "open, most", "left, most", "fill s", "relight s",
     ]  # fmt: skip
     about = (
         f"Pictures of {', '.join(sizes)}. MB are those of the cache on the disk, *relight s* the "

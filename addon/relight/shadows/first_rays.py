@@ -10,7 +10,7 @@ from ...camplace.parallel import in_parts
 from ..lights.plain_reach import PlainReach
 from .receivers import SeenReceivers
 from .shadow_rays import ShadowRays
-from .smooth_height import dot
+from .vectors import dot
 
 # Rays at once: they stay in the processor's nearest cache, and embree gets as many as it takes.
 _PART = 1 << 12

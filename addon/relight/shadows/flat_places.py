@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from ...camplace.parallel import in_parts
-from .smooth_height import dot
+from .vectors import dot
 
 if TYPE_CHECKING:
     from .receivers import Receivers

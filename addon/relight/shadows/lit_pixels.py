@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ...camplace.parallel import in_parts
 from ..lights.plain_reach import PlainReach
 from .receivers import SeenReceivers
-from .smooth_height import dot
+from .vectors import dot
 
 # Pixels at once: what numpy makes of them stays in the processor's cache.
 _PART = 1 << 14

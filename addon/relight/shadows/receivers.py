@@ -18,8 +18,8 @@ from ...glsl.shader import read_texture
 from .even_places import lies_between
 from .flat_places import REACH, flat_steps
 from .shadow_rays import LIFT
-from .smooth_height import dot
 from .terminator import SmoothReceivers
+from .vectors import dot
 
 # A surface that is looked for lies within this share of its distance from the eye, and is turned
 # no more than this cosine from the normal that is known of it.
@@ -65,7 +65,7 @@ class Receivers:
         return self.place.take(number, axis=1) + up
 
     @property
-    def starts_before(self) -> NDArray[np.float32]:
+    def viewer_starts(self) -> NDArray[np.float32]:
         """(3, N) the same of all on the viewer's side."""
         starts = np.empty(self.place.shape, dtype=np.float32)
 
@@ -119,7 +119,7 @@ class SeenReceivers:
     def starts(self) -> NDArray[np.float32]:
         """(3, H W) `Receivers.starts` of the pixels on the viewer's side; not numbers where these
         see nothing. Made when it is first asked for, as all below."""
-        return self._pictured(self.receivers.starts_before)
+        return self._pictured(self.receivers.viewer_starts)
 
     @cached_property
     def shaded(self) -> NDArray[np.floating]:

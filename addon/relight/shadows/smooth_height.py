@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from ...scene.geometry import SceneGeometry
 from ...scene.octahedral import from_codes
+from .vectors import corner_weights, dot
 
 Array = NDArray[np.float64]
 
@@ -21,8 +22,6 @@ def smooth_height(
 ) -> tuple[Array, Array]:
     """(R,), (3, R) how many times their interpolated normal, which is not a unit vector, places on
     triangles lie below the smooth surface, on the side of `up`.
-
-    Components come first: numpy works on long rows several times faster than on triples.
 
     Args:
         geometry: the triangles.
@@ -37,7 +36,7 @@ def smooth_height(
     codes = from_codes(geometry.corner_normals.take(triangle, axis=0))
     normals = [codes[:, i].T.astype(np.float64, order="C") for i in range(3)]
     b, c = away[1] - away[0], away[2] - away[0]
-    weights = _weights(away[0], b, c)
+    weights = corner_weights(away[0], b, c)
     normal = weights[0] * normals[0] + weights[1] * normals[1] + weights[2] * normals[2]
     side = np.where(dot(normal, up) > 0.0, 1.0, -1.0)
     along = [[side * dot(n, v) for v in away] for n in normals]
@@ -49,22 +48,3 @@ def smooth_height(
     u, v, _ = weights
     parabola = of_u * u * (u - 1.0) + (of_u + of_v + of_both) * u * v + of_v * v * (v - 1.0)
     return np.maximum(np.maximum(envelope, 0.0), 0.5 * parabola), side * normal
-
-
-def _weights(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
-    """(R,) each: by which the corners make a place from which the first lies `a` (3, R) away, and
-    from that the others `b` and `c`."""
-    bb, bc, cc, pb, pc = dot(b, b), dot(b, c), dot(c, c), -dot(a, b), -dot(a, c)
-    double_area_sq = bb * cc - bc * bc
-    over = 1.0 / np.where(double_area_sq > 0.0, double_area_sq, np.inf)
-    # Rasterizers see a triangle a little beyond its edges.
-    of_b = np.maximum((cc * pb - bc * pc) * over, 0.0)
-    of_c = np.maximum((bb * pc - bc * pb) * over, 0.0)
-    beyond = np.maximum(of_b + of_c, 1.0)
-    of_b, of_c = of_b / beyond, of_c / beyond
-    return 1.0 - of_b - of_c, of_b, of_c
-
-
-def dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> NDArray[np.floating]:
-    """(N,) of (3, N) each."""
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from ...camplace.parallel import in_parts
 from ...scene.geometry import TERMINATOR_OFFSET, SceneGeometry
 from ...scene.octahedral import from_codes
-from .smooth_height import dot, smooth_height
+from .smooth_height import smooth_height
+from .vectors import corner_weights, dot
 
 # Corner normals are known to 7e-5 (`octahedral`): those of a triangle whose sine to its own is
 # below twice that are taken to be flat.
@@ -84,10 +85,14 @@ class SmoothReceivers:
             some, facing, corners, normals = (
                 each[chosen] for each in (some, facing, corners, normals)
             )
-            smooth = np.einsum("nk,nkx->nx", _weights(corners, self._place[:, some].T), normals)
-            size = np.linalg.norm(smooth, axis=1, keepdims=True)
-            found = np.where(size > 0.0, smooth / np.where(size > 0.0, size, 1.0), facing)
-            normal[:, some] = found.T
+            first, second, third = corners.transpose(1, 2, 0)
+            away = first - self._place[:, some]
+            weights = corner_weights(away, second - first, third - first)
+            smooth = sum(w * n for w, n in zip(weights, normals.transpose(1, 2, 0), strict=True))
+            size = np.sqrt(dot(smooth, smooth))
+            normal[:, some] = np.where(
+                size > 0.0, smooth / np.where(size > 0.0, size, 1.0), facing.T
+            )
 
         in_parts(work, normal.shape[1], _PART)
         return normal
@@ -158,22 +163,5 @@ class SmoothReceivers:
         assert geometry.corner_normals is not None
         corners = geometry.vertices[geometry.triangles[triangle]]
         normals = from_codes(geometry.corner_normals[triangle]).astype(np.float64)
-        below = _dot(geometry.normal_of(triangle), up) < 0.0
+        below = np.einsum("nx,nx->n", geometry.normal_of(triangle), up) < 0.0
         return corners, np.where(below[:, None, None], -normals, normals)
-
-
-def _weights(corners: Array, place: Array) -> Array:
-    """(R, 3) by which three corners (R, 3, 3) make a place (R, 3) of their triangle."""
-    b, c, p = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0], place - corners[:, 0]
-    bb, bc, cc, pb, pc = _dot(b, b), _dot(b, c), _dot(c, c), _dot(p, b), _dot(p, c)
-    double_area_sq = bb * cc - bc * bc
-    over = 1.0 / np.where(double_area_sq > 0.0, double_area_sq, np.inf)
-    # Rasterizers see a triangle a little beyond its edges.
-    of_b = np.maximum((cc * pb - bc * pc) * over, 0.0)
-    of_c = np.maximum((bb * pc - bc * pb) * over, 0.0)
-    beyond = np.maximum(of_b + of_c, 1.0)
-    return np.stack([1.0 - (of_b + of_c) / beyond, of_b / beyond, of_c / beyond], axis=1)
-
-
-def _dot(a: NDArray[np.floating], b: NDArray[np.floating]) -> Array:
-    return np.asarray(np.einsum("nx,nx->n", a, b))

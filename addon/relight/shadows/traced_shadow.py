@@ -42,9 +42,9 @@ from .first_rays import FirstRays
 from .lit_pixels import LitPixels, lit_pixels, plainly_lit_pixels
 from .receivers import SeenReceivers
 from .shadow_rays import LIFT, ShadowRays, shadow_rays
-from .smooth_height import dot
 from .sparse_rays import HIDDEN, SEEN, look_sparsely
 from .spot_looks import ALL_SPOTS, PixelPlaces, look_at_spots
+from .vectors import dot
 
 _KIND = ShadowKind("traced_shadow", (("traced_spots", "FLOAT_2D"),), spots=SPOTS)
 

@@ -11,6 +11,7 @@ import sys
 import threading
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 # Bytes that may lie idle: what a picture of 1280x960 needs.
@@ -25,7 +26,7 @@ class _Shape:
     height: int
     texture_format: str
 
-    @property
+    @cached_property
     def nbytes(self) -> int:
         components = sum(self.texture_format.startswith("RGBA"[: n + 1]) for n in range(4))
         bits = int("".join(c for c in self.texture_format if c.isdigit()))

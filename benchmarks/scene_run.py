@@ -47,6 +47,8 @@ FINER_BLOCKS = 6
 QUIET_DB = {"whole": 49.0, "away_from_edges": 54.0}
 # What is asked of the preset "final".
 LEAST_DB = {"whole": 40.0, "away_from_edges": 45.0}
+# Presets with which close views are to be sharp.
+SHARPENED = ("final",)
 # Another rule for views, or another way to place, makes another plan.
 PLAN_VERSION = 2
 
@@ -192,6 +194,7 @@ class SceneRun:
             with Filling(
                 self._scene, self._arrays, cache, session,
                 fills=not self._args.no_filling, keeps=False,
+                sharpens=self._args.preset in SHARPENED and not self._args.no_filling,
             ) as filling:  # fmt: skip
                 relit = relight_view(session, shot, part_of(progress, *ends), filling)
             # What one view had baked for it is not for the next one.

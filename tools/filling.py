@@ -31,6 +31,7 @@ class Filling:
         cache: the cache's folder.
         session: that shows it.
         fills: whether anything is done at all.
+        sharpens: whether what the cache shows too coarsely is baked too.
         keeps: whether the pictures become part of the cache at the end; else they go.
     """
 
@@ -43,6 +44,7 @@ class Filling:
         *,
         fills: bool,
         keeps: bool,
+        sharpens: bool = False,
     ) -> None:
         self._scene = scene
         self._arrays = arrays
@@ -50,6 +52,7 @@ class Filling:
         self._session = session
         self._fills = fills
         self._keeps = keeps
+        self._sharpens = sharpens
         self._numbers: list[int] = []
         self._resolutions: list[int] = []
         self._seconds = 0.0
@@ -67,7 +70,8 @@ class Filling:
 
         started = time.monotonic()
         self._session.set_view(view)
-        cameras = hole_cameras(view, self._session.hole_points())
+        points = self._session.hole_points(and_soft=self._sharpens)
+        cameras = hole_cameras(view, points)
         if not cameras:
             return
         try:

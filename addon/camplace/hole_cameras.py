@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Caching cameras at a view's own place, for what no other caching camera sees of it.
+"""Caching cameras at a view's own place, for what no other caching camera sees of it, or sees
+with fewer texels than the view has pixels.
 
 The paper's small temporary scene (Kim, Kyung, Lee 2009, III.3) is looked at from the view. What a
 camera there sees has no parallax against the view, so that each hole is in its picture. A parallel
@@ -20,6 +21,11 @@ from .settings import RESOLUTIONS
 # Texels along a pixel's side, at least: a sample somewhere in the pixel then has texels beside it
 # that the pixel's centre alone would not tell of. Finer ones left no fewer holes.
 TEXELS_PER_PIXEL = 1.5
+
+# The same where what is soft is to be sharp. A wallpaper's pattern, and Cycles' beside it: with 2
+# texels the error still falls, with 3 it is what the pixels' own samples leave
+# (docs/caching.md).
+SHARP_TEXELS_PER_PIXEL = 3.0
 
 # Pixels beyond the outermost holes: half of the widest pixel filter, and a texel's footprint.
 _MARGIN_PIXELS = 3.0
@@ -52,21 +58,33 @@ class HolePoints:
     Attributes:
         seen: (N, 3) float64, world space, metres: surfaces at the centres of the view's pixels.
         is_hole: (N,) which of them no caching camera sees.
+        is_soft: (N,) which of them are seen, with fewer texels than the view has pixels; None
+            where that was not asked.
     """
 
     seen: NDArray[np.float64]
     is_hole: NDArray[np.bool_]
+    is_soft: NDArray[np.bool_] | None = None
+
+    @property
+    def soft_fraction(self) -> float:
+        """Share of what is seen that is soft."""
+        return 0.0 if self.is_soft is None or not len(self.is_soft) else float(self.is_soft.mean())
 
 
 def hole_cameras(view: View, points: HolePoints, first_id: int = 0) -> tuple[CachingCamera, ...]:
-    """Cameras whose pictures together hold all holes of a view, numbered from `first_id`.
+    """Cameras whose pictures together hold all holes of a view and all that is soft, numbered
+    from `first_id`.
 
-    One, or as many as take the least time to bake. Without holes none.
+    One, or as many as take the least time to bake. Without either none.
     """
-    if not points.is_hole.any():
+    wanted, texels = points.is_hole, TEXELS_PER_PIXEL
+    if points.is_soft is not None and points.is_soft.any():
+        wanted, texels = wanted | points.is_soft, SHARP_TEXELS_PER_PIXEL
+    if not wanted.any():
         return ()
-    eye = _Eye.of(view, points.seen[points.is_hole])
-    fits = _fits(eye, points.seen[points.is_hole], _MOST_CAMERAS)
+    eye = _Eye.of(view, points.seen[wanted], texels)
+    fits = _fits(eye, points.seen[wanted], _MOST_CAMERAS)
     return tuple(
         fit.camera(number, eye, points.seen) for number, fit in enumerate(fits, start=first_id)
     )
@@ -81,6 +99,7 @@ class _Eye:
         near: the view's near clip, metres along its axis from `place`.
         axes: (3, 3) right, up and back of the view, in columns.
         pixel: width of a pixel at distance 1 along the axis; for a parallel view in metres.
+        texels: along a pixel's side, at least.
         perspective: which of these it is.
     """
 
@@ -88,23 +107,23 @@ class _Eye:
     near: float
     axes: NDArray[np.float64]
     pixel: float
+    texels: float
     perspective: bool
 
     @classmethod
-    def of(cls, view: View, holes: NDArray[np.float64]) -> _Eye:
+    def of(cls, view: View, holes: NDArray[np.float64], texels: float) -> _Eye:
         clip, axes = view.clip_from_camera, view.world_from_camera[:3, :3]
         pixel = 2.0 / max(abs(clip[0, 0]) * view.width, abs(clip[1, 1]) * view.height)
         if view.perspective:
             near = clip[2, 3] / (clip[2, 2] - 1.0)
-            return cls(view.origin, float(near), axes, pixel, perspective=True)
+            return cls(view.origin, float(near), axes, pixel, texels, perspective=True)
         near = (1.0 + clip[2, 3]) / clip[2, 2]
         local = (holes - view.origin) @ axes
         middle = 0.5 * (local.min(axis=0) + local.max(axis=0))
         across = 2.0 / min(abs(clip[0, 0]), abs(clip[1, 1]))
         middle[2] = local[:, 2].max() + _STAND_BACK * across
-        return cls(
-            view.origin + axes @ middle, float(near + middle[2]), axes, pixel, perspective=False
-        )
+        place = view.origin + axes @ middle
+        return cls(place, float(near + middle[2]), axes, pixel, texels, perspective=False)
 
 
 @dataclass(frozen=True)
@@ -194,7 +213,7 @@ def _fit(
     reach = np.abs(turned[:, :2]).max(axis=1) + _MARGIN_PIXELS * pixel * depth / -own[:, 2]
     extent = float((reach / depth).max())
     width = _least_stretch(eye.axes.T @ axes, turned) * pixel
-    density = TEXELS_PER_PIXEL * float((1.0 / np.maximum(width, np.finfo(float).tiny)).max())
+    density = eye.texels * float((1.0 / np.maximum(width, np.finfo(float).tiny)).max())
     lean = float((depth / -own[:, 2]).min())
     return _Fit(axes, extent, 2.0 * extent * density, lean, float(depth.min()))
 

@@ -48,6 +48,11 @@ class Confidence:
         """(H, W, 4) float32, row 0 at the bottom."""
         return read_texture(self.texture)
 
+    def soft(self) -> NDArray[np.bool_]:
+        """(H, W) which pixels read texels that are wider than they are."""
+        _, share, sharpness, _ = np.moveaxis(self.read(), -1, 0)
+        return (share > 0.0) & (sharpness < 1.0)
+
 
 class ConfidencePass:
     """Tells it of one sample of a view."""

@@ -433,17 +433,22 @@ class SurfaceSampler:
         assert self._view is not None
         return ConfidencePass(self._pages, surface.origin).draw(self._view, surface, found)
 
-    def hole_points(self) -> HolePoints:
+    def hole_points(self, *, and_soft: bool = False) -> HolePoints:
         """What the view sees at its pixels' centres, sheer layers too, and where the cache does
-        not show it."""
+        not show it; and where it shows it with fewer texels than there are pixels, if that is
+        asked. Sheer layers do not count as soft: what lies behind them does."""
         surface = self.sample(0)
-        places, holes = [], []
+        places, holes, soft = [], [], []
         for each in (surface, *surface.before):
             position = read_texture(each.position).astype(np.float64)
             hit = position[..., 3] > 0.0
             places.append(position[hit][:, :3] + surface.origin)
             holes.append(read_texture(each.geometric_normal)[..., 3][hit] <= 0.0)
-        return HolePoints(np.concatenate(places), np.concatenate(holes))
+            if and_soft:
+                of = self.confidence().soft() if each is surface else np.zeros_like(hit)
+                soft.append(of[hit])
+        is_soft = np.concatenate(soft) if and_soft else None
+        return HolePoints(np.concatenate(places), np.concatenate(holes), is_soft)
 
     def coverage(self) -> Coverage:
         """Holes at the pixels' centres."""

@@ -446,9 +446,10 @@ class RelightSession:
         """How far the current view's pixels may be trusted."""
         return self._sampler.confidence()
 
-    def hole_points(self) -> HolePoints:
-        """What the current view sees, and where the cache does not show it."""
-        return self._sampler.hole_points()
+    def hole_points(self, *, and_soft: bool = False) -> HolePoints:
+        """What the current view sees, and where the cache does not show it; and where only
+        coarsely, if that is asked."""
+        return self._sampler.hole_points(and_soft=and_soft)
 
     @property
     def graph(self) -> FrameGraph:

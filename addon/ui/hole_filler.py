@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Fills the holes of what a viewport shows, once it stands still.
+"""Fills the holes of what a viewport shows, and sharpens it, once it stands still.
 
 What the cache lacks is shown with its materials' means meanwhile. Drawing has a GPU context and may
 run no operator; a timer is the other way round. So a drawing finds the holes and places cameras, a
@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..camplace.camera import CachingCamera
-from ..camplace.hole_cameras import hole_cameras
 from ..errors import InputError
 from ..scene.view import View, same_view
 from . import hole_job, job
 from .camera_watch import redraw
 from .event_loop import call_later
+from .lacking_cameras import lacking_cameras
 from .scene_changes import SceneChanges
 
 if TYPE_CHECKING:
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 # The view has to stand still for so long, in seconds.
 STILL_S = 0.8
-# And so large a share of it has to be open: a row of pixels is none.
-LEAST_OPEN = 5e-4
 
 _TICK_S = 0.2
 _SHOWING = {"VIEW_3D", "PROPERTIES"}
@@ -47,7 +45,8 @@ class HoleFiller:
         self._clock = clock
         self._view: View | None = None
         self._since = 0.0
-        self._asked = False
+        # Whether what is soft was asked for too; None before anything was asked for a view.
+        self._asked: bool | None = None
         self._wanted: tuple[int, Path, tuple[CachingCamera, ...]] | None = None
         self._job: hole_job.HoleJob | None = None
         self._error = ""
@@ -58,7 +57,7 @@ class HoleFiller:
         """The scene changed: what is being baked may be of no use, and what failed may work."""
         if changes.geometry or changes.materials:
             self._drop()
-            self._asked, self._since = False, self._clock()
+            self._asked, self._since = None, self._clock()
 
     def follow(self, scene: Any, opened: SceneSession, view: View, *, is_whole: bool) -> None:
         """To be called at each drawing, after the session's.
@@ -72,19 +71,23 @@ class HoleFiller:
         if self._view is None or not same_view(view, self._view):
             self._drop()
             self._view, self._since = view, self._clock()
-            self._asked, self._error = False, ""
+            self._asked, self._error = None, ""
         if not scene.relume.fill_holes:
             self._drop()
-            self._asked = False
+            self._asked = None
             return
-        if self._asked or not is_whole or opened.stale:
+        if self._asked is not None and scene.relume.sharpen_views and not self._asked:
+            # What is baked for the holes alone would be too coarse.
+            self._drop()
+            self._asked = None
+        if self._asked is not None or not is_whole or opened.stale:
             return
         if self._clock() - self._since < STILL_S:
             call_later(self._look_again, STILL_S)
             return
-        self._asked = True
-        if opened.session.coverage.open_fraction >= LEAST_OPEN:
-            cameras = hole_cameras(view, opened.session.hole_points())
+        self._asked = scene.relume.sharpen_views
+        cameras = lacking_cameras(scene, opened.session, view)
+        if cameras:
             self._wanted = (scene.session_uid, opened.folder, cameras)
             call_later(self._timer, 0.0)
 

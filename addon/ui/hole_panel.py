@@ -119,6 +119,9 @@ class RELUME_PT_holes(RenderPanel, bpy.types.Panel):
         layout.use_property_split = True
         layout.use_property_decorate = False
         layout.prop(context.scene.relume, "fill_holes")
+        row = layout.row()
+        row.active = context.scene.relume.fill_holes
+        row.prop(context.scene.relume, "sharpen_views")
         layout.prop(context.scene.relume, "show_confidence")
         running = hole_job.current()
         if running is not None:

@@ -6,12 +6,11 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from ..camplace.hole_cameras import hole_cameras
 from ..errors import InputError
 from ..progress import Progress
 from ..scene.view import View
 from . import hole_job
-from .hole_filler import LEAST_OPEN
+from .lacking_cameras import lacking_cameras
 from .main_thread import MainThread
 
 if TYPE_CHECKING:
@@ -35,11 +34,11 @@ def fill_for_render(
     Returns:
         Why it could not be done, as one sentence; "" where it was, or there was nothing to do.
     """
-    if main.do(lambda: opened.session.coverage.open_fraction) < LEAST_OPEN:
+    cameras = main.do(lambda: lacking_cameras(scene, opened.session, view))
+    if not cameras:
         return ""
     if opened.stale:
         return "its holes were not filled, since the cache is of the scene as it was: bake again"
-    cameras = hole_cameras(view, main.do(opened.session.hole_points))
     try:
         job = main.do(lambda: hole_job.start(scene, opened.folder, cameras))
     except InputError as error:

@@ -237,6 +237,12 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             "its materials' mean values",
             default=True,
         ),
+        "sharpen_views": bpy.props.BoolProperty(
+            name="Sharpen Close Views",
+            description="With the holes, have Cycles bake what the caching cameras show too "
+            "coarsely for a view: with less than one of their texels to a pixel, since it is "
+            "nearer than they are",
+        ),
         "show_confidence": bpy.props.BoolProperty(
             name="Show Confidence",
             description="Lay a heat map over the viewport: red where the picture is not to be "

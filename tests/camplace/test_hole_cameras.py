@@ -10,7 +10,12 @@ import pytest
 from numpy.typing import NDArray
 
 from addon.camplace.camera import CachingCamera
-from addon.camplace.hole_cameras import TEXELS_PER_PIXEL, HolePoints, hole_cameras
+from addon.camplace.hole_cameras import (
+    SHARP_TEXELS_PER_PIXEL,
+    TEXELS_PER_PIXEL,
+    HolePoints,
+    hole_cameras,
+)
 from addon.camplace.settings import RESOLUTIONS
 from addon.scene.view import View
 from tests import synthetic
@@ -26,8 +31,11 @@ def seen_by(view: View, depth: float = 6.0) -> NDArray[np.float64]:
     return np.asarray(origins + away[..., None] * directions)
 
 
-def cameras_of(view: View, is_hole: NDArray[np.bool_]) -> tuple[CachingCamera, ...]:
-    return hole_cameras(view, HolePoints(seen_by(view).reshape(-1, 3), is_hole.ravel()))
+def cameras_of(
+    view: View, is_hole: NDArray[np.bool_], is_soft: NDArray[np.bool_] | None = None
+) -> tuple[CachingCamera, ...]:
+    soft = None if is_soft is None else is_soft.ravel()
+    return hole_cameras(view, HolePoints(seen_by(view).reshape(-1, 3), is_hole.ravel(), soft))
 
 
 def held(cameras: tuple[CachingCamera, ...], points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -88,13 +96,17 @@ def test_every_hole_is_in_a_picture(name: str, share: float) -> None:
 
 
 @pytest.mark.parametrize("name", VIEWS)
-def test_a_texel_is_finer_than_a_pixel(name: str) -> None:
+@pytest.mark.parametrize("what", ["holes", "soft"])
+def test_texels_are_finer_than_pixels(name: str, what: str) -> None:
     view = VIEWS[name]
-    is_hole = np.random.default_rng(3).random((view.height, view.width)) < 0.01
-    points = seen_by(view)[is_hole]
+    chosen = np.random.default_rng(3).random((view.height, view.width)) < 0.01
+    none = np.zeros_like(chosen)
+    cameras = cameras_of(view, chosen) if what == "holes" else cameras_of(view, none, chosen)
+    texels_per_pixel = TEXELS_PER_PIXEL if what == "holes" else SHARP_TEXELS_PER_PIXEL
+    points = seen_by(view)[chosen]
     x = view.project(points)
     best = np.zeros(len(points))
-    for camera in cameras_of(view, is_hole):
+    for camera in cameras:
         # Along the view's right, of a step that is a thousandth of the distance.
         step = 1e-3 * np.linalg.norm(points - view.origin, axis=1)
         beside = points + step[:, None] * view.world_from_camera[:3, 0]
@@ -103,7 +115,15 @@ def test_a_texel_is_finer_than_a_pixel(name: str) -> None:
         texels = camera.resolution * np.linalg.norm(apart, axis=1)
         best = np.maximum(best, np.where(held((camera,), points), texels / pixels, 0.0))
     # A hundredth for the step, which ends a little off the hole.
-    assert best.min() > 0.99 * TEXELS_PER_PIXEL
+    assert best.min() > 0.99 * texels_per_pixel
+
+
+def test_where_nothing_is_soft_holes_are_baked_as_ever() -> None:
+    view = a_view()
+    is_hole = np.random.default_rng(3).random((view.height, view.width)) < 0.01
+    alone, with_none = cameras_of(view, is_hole), cameras_of(view, is_hole, np.zeros_like(is_hole))
+    assert [c.to_json() for c in with_none] == [c.to_json() for c in alone]
+    assert cameras_of(view, np.zeros_like(is_hole), np.zeros_like(is_hole)) == ()
 
 
 def test_pictures_look_from_the_eye() -> None:

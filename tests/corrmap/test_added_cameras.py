@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from addon.caching.framebuffer import DeepFramebuffer
 from addon.caching.plan import ChannelPlan
+from addon.camplace.camera import CachingCamera
 from addon.scene.geometry import Sheer
 from tests import synthetic
 from tests.corrmap.test_correspondence import STORED, Setup, channel_of, make_setup
@@ -149,6 +150,53 @@ def test_a_camera_at_the_view_closes_its_holes(gpu_context: None, setup: Setup) 
         from addon.corrmap.correspondence import measure_coverage
 
         assert measure_coverage(sampler.sample(index)).hole_fraction < 2e-3
+
+
+def test_a_camera_at_the_view_sharpens_what_is_soft(gpu_context: None) -> None:
+    """A wall that fills the view, which a caching camera sees with half a texel to a pixel on the
+    left, and one beside it with two of them on the right."""
+    from addon.camplace.hole_cameras import hole_cameras
+    from addon.corrmap.surface_sampler import SurfaceSampler
+
+    quad = np.array([[-4.0, 0, -4], [4.0, 0, -4], [4.0, 0, 4], [-4.0, 0, 4]])
+    geometry = synthetic.geometry_of([(quad, np.array([[0, 1, 2], [0, 2, 3]]))])
+    geometry = replace(geometry, material_id=np.zeros_like(geometry.material_id))
+    # 64 pixels over 4 metres.
+    view = synthetic.perspective_view(
+        synthetic.looking_at((0, -4, 0), (0, 0, 0)), 64, 64, 2.0 * np.arctan(0.5)
+    )
+    coarse, fine = (
+        CachingCamera(
+            number, synthetic.looking_at((x, -4, 0), (x, 0, 0)), 2.0 * np.arctan(0.5),
+            0.1, 10.0, resolution, "PERSPECTIVE", number,
+        )
+        for number, (x, resolution) in enumerate([(-1.9, 32), (2.0, 128)])
+    )  # fmt: skip
+    setup = Setup(geometry, view, [], 1.0, np.zeros(3))
+    tracer = synthetic.Tracer(geometry)
+
+    def baked(cameras: Sequence[CachingCamera]) -> list[DeepFramebuffer]:
+        return [synthetic.trace_framebuffer(geometry, tracer, c, setup.color) for c in cameras]
+
+    sampler = sampler_of(setup, baked([coarse, fine]), 1 << 30)
+    assert isinstance(sampler, SurfaceSampler)
+    sampler.set_view(view)
+    points = sampler.hole_points(and_soft=True)
+    assert not points.is_hole.any()
+    assert sampler.hole_points().is_soft is None
+    # A texel of the fine camera's, and of the coarse one's that it ends beside.
+    left, right = points.seen[:, 0] < -0.2, points.seen[:, 0] > 0.2
+    assert points.is_soft is not None
+    assert points.is_soft[left].all()
+    assert not points.is_soft[right].any()
+    assert points.soft_fraction == pytest.approx(0.5, abs=0.05)
+    (camera,) = hole_cameras(view, points, first_id=2)
+    # It looks at the left half of the picture only.
+    assert camera.project(np.array([1.5, 0.0, 0.0]))[0] > 1.0
+    sampler.set_added(baked([camera]))
+    sampler.set_view(view)
+    assert sampler.hole_points(and_soft=True).soft_fraction == 0.0
+    assert hole_cameras(view, sampler.hole_points(and_soft=True)) == ()
 
 
 def test_neighbours_of_the_same_material_beside_the_surface_fill_small_holes(

@@ -31,7 +31,7 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, list[int]]]:
 
 def _filling(*, keeps: bool) -> Filling:
     session: Any = SimpleNamespace(
-        set_view=lambda _: None, hole_points=lambda: None, set_added=lambda _: None
+        set_view=lambda _: None, hole_points=lambda **_: None, set_added=lambda _: None
     )
     arrays: Any = SimpleNamespace(geometry=None)
     return Filling(None, arrays, Path("cache"), session, fills=True, keeps=keeps)

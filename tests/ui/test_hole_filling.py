@@ -28,7 +28,8 @@ from addon.scene.geometry_reader import read_geometry
 from addon.ui import hole_filler, hole_job
 from addon.ui.camera_objects import show_cameras
 from addon.ui.event_loop import call_later
-from addon.ui.hole_filler import LEAST_OPEN, STILL_S, HoleFiller
+from addon.ui.hole_filler import STILL_S, HoleFiller
+from addon.ui.lacking_cameras import LEAST_OPEN
 from tests import synthetic
 from tests.ui.test_job import session_state
 
@@ -180,7 +181,7 @@ def opened(folder: Path, open_fraction: float = 0.1) -> Any:
     """What a `HoleFiller` needs of a session."""
     points = HolePoints(np.array([[0.0, 0.0, -1.0], [0.3, 0.1, -1.0]]), np.array([True, True]))
     session = SimpleNamespace(
-        coverage=SimpleNamespace(open_fraction=open_fraction), hole_points=lambda: points
+        coverage=SimpleNamespace(open_fraction=open_fraction), hole_points=lambda **_: points
     )
     return SimpleNamespace(session=session, stale=(), folder=folder)
 
@@ -253,6 +254,57 @@ def test_a_view_that_stands_still_has_its_holes_filled(
     clock.now += STILL_S + 0.01
     follow(4.0)
     assert filler.status == ""
+
+
+def test_close_views_are_sharpened_where_the_artist_asks(
+    scene: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
+    clock, asked = Clock(), []
+    filler = HoleFiller(clock)
+
+    def points(*, and_soft: bool) -> HolePoints:
+        asked.append(and_soft)
+        soft = np.arange(200) < how_many_soft
+        return HolePoints(np.full((200, 3), -1.0), np.zeros(200, dtype=bool), soft)
+
+    session = SimpleNamespace(coverage=SimpleNamespace(open_fraction=0.0), hole_points=points)
+    whole: Any = SimpleNamespace(session=session, stale=(), folder=folder_of(scene))
+
+    def follow(x: float) -> str:
+        filler.follow(scene, whole, view_at(x), is_whole=True)
+        clock.now += STILL_S + 0.01
+        filler.follow(scene, whole, view_at(x), is_whole=True)
+        return filler.status
+
+    how_many_soft = 200
+    assert follow(0.0) == ""
+    assert asked == []
+    # Asked while the view stands still, and once.
+    scene.relume.sharpen_views = True
+    assert follow(0.0) == "filling holes"
+    assert follow(0.0) == "filling holes"
+    assert asked == [True]
+    # Edges of near things always are.
+    how_many_soft = 1
+    assert follow(1.0) == ""
+    assert asked == [True, True]
+
+
+def test_a_final_render_sharpens_its_view(scene: Any) -> None:
+    folder = folder_of(scene)
+    # Each of the caching camera's texels is several pixels.
+    scene.camera.location = (-2.5, 2.2, 1.8)
+    direction = -scene.camera.location
+    scene.camera.rotation_euler = direction.to_track_quat("-Z", "Y").to_euler()
+    render(scene)
+    assert temporary_pictures(folder) == (0, 0)
+    scene.relume.sharpen_views = True
+    render(scene)
+    count, _ = temporary_pictures(folder)
+    assert count == 1
+    render(scene)
+    assert temporary_pictures(folder)[0] == count
 
 
 class QuickJob:

@@ -44,14 +44,22 @@ def add_filling(parser: argparse.ArgumentParser) -> None:
         help="have Cycles bake what the cache does not show of the view",
     )  # fmt: skip
     parser.add_argument(
+        "--sharpen", action="store_true",
+        help="as --fill-holes, and bake what it shows with less than one texel to a pixel",
+    )  # fmt: skip
+    parser.add_argument(
         "--keep-filled", action="store_true",
-        help="the same, and keep what was baked in the cache, for other views and later",
+        help="as --fill-holes, and keep what was baked in the cache, for other views and later",
     )  # fmt: skip
 
 
 def filling(args: argparse.Namespace) -> dict[str, bool]:
     """What those arguments choose, for `Filling`."""
-    return {"fills": args.fill_holes or args.keep_filled, "keeps": args.keep_filled}
+    return {
+        "fills": args.fill_holes or args.keep_filled or args.sharpen,
+        "keeps": args.keep_filled,
+        "sharpens": args.sharpen,
+    }
 
 
 def size(text: str) -> tuple[int, int]:

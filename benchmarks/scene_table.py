@@ -34,7 +34,8 @@ with each preset; *samples* are those of a relit pixel. PSNR is the paper's, of 
 display-encoded 8-bit picture; *away* leaves out 2 pixels about surfaces' edges and creases. SSIM is
 of luma, HDR-FLIP the mean of the picture. *Holes* are pixels of the surface that no caching camera
 sees, *open* those that neighbours did not fill, *left* what is open after surfaces were baked for
-the view (`relume relight --fill-holes`), with which the pictures are measured.
+the view (`relume relight --fill-holes`; with *final* also those of which a pixel has less than one
+texel, `--sharpen`), with which the pictures are measured.
 
 The reference has noise (*noise at*), which makes every figure worse. It takes twice the samples
 while that noise could hide the bounds below, at most a few times. It is two renders of other

@@ -11,6 +11,7 @@ import math
 import time
 from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,30 @@ _SKY = "relume_sky"
 
 # Kinds of data-blocks that a bake makes, beside its stage's.
 _MADE = ("images", "materials", "node_groups")
+
+
+@dataclass(frozen=True)
+class Region:
+    """A rectangle of texels: those from the first to before the last, rows from the bottom."""
+
+    rows: tuple[int, int]
+    columns: tuple[int, int]
+
+    @classmethod
+    def around(cls, wanted: NDArray[np.bool_], margin: int) -> Region:
+        """The least that holds what is wanted of (R, R) texels, and so many beside it."""
+
+        def reach(axis: int) -> tuple[int, int]:
+            some = np.flatnonzero(wanted.any(axis=axis))
+            return max(int(some[0]) - margin, 0), min(int(some[-1]) + 1 + margin, len(wanted))
+
+        return cls(reach(1), reach(0))
+
+    def set(self, render: Any, resolution: int) -> None:
+        """Make it the border of a render of that resolution, which Blender rounds to pixels."""
+        render.use_crop_to_border = False
+        render.border_min_y, render.border_max_y = (row / resolution for row in self.rows)
+        render.border_min_x, render.border_max_x = (column / resolution for column in self.columns)
 
 
 class Stage:
@@ -84,8 +109,14 @@ class Stage:
         """Whether ambient occlusion is the light of a white sky, and not an AOV."""
         return self._sky_rays > 0
 
-    def render(self, camera: CachingCamera) -> dict[str, NDArray[np.float32]]:
+    def render(
+        self, camera: CachingCamera, region: Region | None = None
+    ) -> dict[str, NDArray[np.float32]]:
         """Depth, the AOVs, and the shading normal as Cycles' own pass has it.
+
+        Args:
+            camera: that sees them.
+            region: of the picture, if not all of it is wanted; nothing is seen outside.
 
         Returns:
             (R, R, components) float32 by channel, row 0 at the bottom; PASS_NORMAL beside
@@ -101,6 +132,9 @@ class Stage:
         self._camera.matrix_world = Matrix(camera.world_from_camera.tolist())
         render = self._scene.render
         render.resolution_x = render.resolution_y = camera.resolution
+        render.use_border = region is not None
+        if region is not None:
+            region.set(render, camera.resolution)
         result = self._picture(camera, self._passes)
         if self._sky_rays:
             result["ambient_occlusion"] = self._render_sky(camera)

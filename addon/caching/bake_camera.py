@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter
 from ..camplace.camera import CachingCamera
 from ..errors import InputError
 from ..scene.geometry_reader import NO_MATERIAL
-from .aov_render import PASS_NORMAL, Stage, far_is_nothing
+from .aov_render import PASS_NORMAL, Region, Stage, far_is_nothing
 from .channels import CHANNEL_BY_NAME
 from .framebuffer import DeepFramebuffer
 from .occlusion_filter import smooth_occlusion, without_edge_hits
@@ -32,6 +32,9 @@ _ALL_LAYERS = 1 << 20
 # Texels about what a picture shows behind the one before: those of a bilinear footprint, and one
 # more.
 _MARGIN = 2
+
+# Texels beside these that have a say in them: by the filter of ambient occlusion and the means.
+_BESIDE = 16
 
 
 def bake_camera(
@@ -67,7 +70,8 @@ def bake_camera(
             left_out = len(behind) + 1 if len(behind) + 1 < MOST_BEHIND else _ALL_LAYERS
             for material in materials:
                 material.leave_out(left_out)
-            picture = _picture(stage, camera, plan, materials, occlusion)
+            region = Region.around(through, _MARGIN + _BESIDE)
+            picture = _picture(stage, camera, plan, materials, occlusion, region)
             seen = _shows(picture, sheer, plan)
             kept = maximum_filter(through, 2 * _MARGIN + 1, mode="constant")
             for values in picture.channels.values():
@@ -98,9 +102,11 @@ def _picture(
     plan: ChannelPlan,
     materials: Sequence[SpecializedMaterial],
     occlusion: OcclusionCaster,
+    region: Region | None = None,
 ) -> DeepFramebuffer:
-    """One picture, of what is shown now. Arguments and errors as of `bake_camera`."""
-    rendered = stage.render(camera)
+    """One picture, of what is shown now. Arguments and errors as of `bake_camera`; `region` as of
+    `Stage.render`."""
+    rendered = stage.render(camera, region)
     rendered["depth"] = far_is_nothing(rendered["depth"], camera.far)
     channels = {name: rendered[name] for name in plan.stored}
     if means := stage.render_means(camera):

@@ -71,7 +71,7 @@ def bake_camera(
             for material in materials:
                 material.leave_out(left_out)
             region = Region.around(through, _MARGIN + _BESIDE)
-            picture = _picture(stage, camera, plan, materials, occlusion, region)
+            picture = _picture(stage, camera, plan, materials, occlusion, region=region)
             seen = _shows(picture, sheer, plan)
             kept = maximum_filter(through, 2 * _MARGIN + 1, mode="constant")
             for values in picture.channels.values():
@@ -102,6 +102,7 @@ def _picture(
     plan: ChannelPlan,
     materials: Sequence[SpecializedMaterial],
     occlusion: OcclusionCaster,
+    *,
     region: Region | None = None,
 ) -> DeepFramebuffer:
     """One picture, of what is shown now. Arguments and errors as of `bake_camera`; `region` as of

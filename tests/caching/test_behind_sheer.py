@@ -11,12 +11,16 @@ import bpy
 import numpy as np
 import pytest
 
+from addon.caching import aov_render
+from addon.caching.aov_render import Region
 from addon.caching.bake import BakeSettings, bake_scene
 from addon.caching.framebuffer import DeepFramebuffer
+from addon.caching.presets import Preset
 from addon.caching.store import CacheStore
 from addon.caching.stored_framebuffers import StoredFramebuffers
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
+from addon.scene.temporary_render import render_to
 from tests.relight.test_sheer_against_cycles import PANES, build, caching_cameras
 
 RESOLUTION = 96
@@ -65,6 +69,51 @@ def test_every_layer_is_in_some_picture(three_panes: Any, tmp_path: Path) -> Non
     assert len(flat) == sum(len(store.read_camera(n).pictures) for n in range(3))
     assert np.array_equal(flat[1].channels["depth"], picture.behind[0].channels["depth"])
     assert not flat[0].behind
+
+
+@pytest.mark.parametrize("preset", ["draft", "final"])
+def test_pictures_behind_are_rendered_where_something_is_sheer(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, preset: Preset
+) -> None:
+    """And are what pictures rendered whole are, means and ambient occlusion too."""
+    shares: list[float] = []
+
+    def spy(path: Path, least_bytes: int, what: str, *, scene: str) -> None:
+        render = bpy.data.scenes[scene].render
+        width, height = (
+            (high - low if render.use_border else 1.0)
+            for low, high in (
+                (render.border_min_x, render.border_max_x),
+                (render.border_min_y, render.border_max_y),
+            )
+        )
+        shares.append(width * height)
+        render_to(path, least_bytes, what, scene=scene)
+
+    scene = build(PANES["alpha 0.3"][0])
+    scene.world = scene.world or bpy.data.worlds.new("sky")
+    scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
+    geometry = with_render_depsgraph(scene, read_geometry)
+    cameras = [replace(c, resolution=256) for c in caching_cameras(scene, 256)][:1]
+    stores = []
+    for name in ("border", "whole"):
+        monkeypatch.setattr(aov_render, "render_to", spy)
+        if name == "whole":
+            whole = Region((0, 256), (0, 256))
+            monkeypatch.setattr(Region, "around", lambda *_, whole=whole: whole)
+        bake_scene(scene, geometry, cameras, tmp_path / name, BakeSettings(preset=preset))
+        stores.append(CacheStore.open(tmp_path / name).read_camera(0))
+        if name == "border":
+            # The first picture is whole, and the ones behind it are not.
+            assert shares[0] == 1.0
+            assert 0.0 < min(shares) < 0.9
+            assert max(shares[-2:]) < 0.9
+    border, whole_store = stores
+    assert len(border.behind) == len(whole_store.behind) > 0
+    assert "ambient_occlusion" in border.channels
+    for one, other in zip(border.pictures, whole_store.pictures, strict=True):
+        for channel, values in one.channels.items():
+            assert np.array_equal(values, other.channels[channel]), channel
 
 
 def test_no_camera_has_more_where_nothing_is_sheer(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from ..camplace.camera import CachingCamera
@@ -19,8 +20,8 @@ LEAST_SOFT = 1e-2
 
 
 def lacking_cameras(scene: Any, session: RelightSession, view: View) -> tuple[CachingCamera, ...]:
-    """Cameras that see what is open of a view, and what is soft where that is to be sharp; none
-    where both are too little to be seen.
+    """Cameras that see the holes of a view, and what is soft where that is to be sharp; neither
+    where there is too little of it to be seen.
 
     Args:
         scene: a `bpy.types.Scene`.
@@ -32,6 +33,9 @@ def lacking_cameras(scene: Any, session: RelightSession, view: View) -> tuple[Ca
     if not (is_open or sharpens):
         return ()
     points = session.hole_points(and_soft=sharpens)
-    if not is_open and points.soft_fraction < LEAST_SOFT:
-        return ()
+    if points.soft_fraction < LEAST_SOFT:
+        if not is_open:
+            return ()
+        # Edges alone would have all holes baked four times as finely.
+        points = replace(points, is_soft=None)
     return hole_cameras(view, points)

@@ -126,6 +126,14 @@ def test_where_nothing_is_soft_holes_are_baked_as_ever() -> None:
     assert cameras_of(view, np.zeros_like(is_hole), np.zeros_like(is_hole)) == ()
 
 
+def test_holes_beside_what_is_soft_are_in_pictures_too() -> None:
+    view = a_view()
+    is_hole, is_soft = np.zeros((2, view.height, view.width), dtype=bool)
+    is_hole[5, 5] = is_soft[-5, -5] = True
+    points = seen_by(view)[is_hole | is_soft]
+    assert held(cameras_of(view, is_hole, is_soft), points).all()
+
+
 def test_pictures_look_from_the_eye() -> None:
     view = a_view()
     for camera in cameras_of(view, np.ones((view.height, view.width), dtype=bool)):

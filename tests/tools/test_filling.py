@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,6 +12,7 @@ import pytest
 
 from addon.progress import Cancelled
 from tools.filling import Filling
+from tools.verbs import arguments
 
 
 @pytest.fixture
@@ -53,3 +55,31 @@ def test_pictures_are_kept_or_go_whatever_happens_later(
         raised = type(caught)
     assert raised is error
     assert done == [(what, [7])]
+
+
+@pytest.mark.parametrize(
+    ("given", "fills", "sharpens"),
+    [
+        ([], False, False),
+        (["--fill-holes"], True, False),
+        (["--keep-filled"], True, False),
+        (["--sharpen"], True, True),
+    ],
+)
+@pytest.mark.usefixtures("done")
+def test_what_is_soft_is_asked_for_with_sharpen_alone(
+    given: list[str], fills: bool, sharpens: bool
+) -> None:
+    parser = argparse.ArgumentParser()
+    arguments.add_filling(parser)
+    asked = []
+    session: Any = SimpleNamespace(
+        set_view=lambda _: None,
+        hole_points=lambda *, and_soft: asked.append(and_soft),
+        set_added=lambda _: None,
+    )
+    arrays: Any = SimpleNamespace(geometry=None)
+    chosen = arguments.filling(parser.parse_args(given))
+    view: Any = None
+    Filling(None, arrays, Path("cache"), session, **chosen).fill(view, lambda *_: None)
+    assert asked == ([sharpens] if fills else [])

@@ -29,7 +29,7 @@ from addon.ui import hole_filler, hole_job
 from addon.ui.camera_objects import show_cameras
 from addon.ui.event_loop import call_later
 from addon.ui.hole_filler import STILL_S, HoleFiller
-from addon.ui.lacking_cameras import LEAST_OPEN
+from addon.ui.lacking_cameras import LEAST_OPEN, lacking_cameras
 from tests import synthetic
 from tests.ui.test_job import session_state
 
@@ -289,6 +289,22 @@ def test_close_views_are_sharpened_where_the_artist_asks(
     how_many_soft = 1
     assert follow(1.0) == ""
     assert asked == [True, True]
+
+
+def test_holes_among_soft_edges_are_baked_as_ever(scene: Any) -> None:
+    view, edge = view_at(0.0), np.arange(200) < 1
+    seen = np.random.default_rng(1).uniform((-0.3, -0.2, -2.0), (0.3, 0.2, -1.0), (200, 3))
+    scene.relume.sharpen_views = True
+    found = []
+    for soft in (None, edge, ~edge):
+        points = HolePoints(seen, np.arange(200) >= 150, soft)
+        session: Any = SimpleNamespace(
+            coverage=SimpleNamespace(open_fraction=0.1), hole_points=lambda *, p=points, **_: p
+        )
+        cameras = lacking_cameras(scene, session, view)
+        found.append([camera.to_json() for camera in cameras])
+    assert found[1] == found[0]
+    assert found[2] != found[0]
 
 
 def test_a_final_render_sharpens_its_view(scene: Any) -> None:

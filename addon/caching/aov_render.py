@@ -212,7 +212,8 @@ class Stage:
     ) -> dict[str, NDArray[np.float32]]:
         """Render, and read these passes."""
         started = time.monotonic()
-        components = sum(len(letters) for _, letters in passes.values())
+        # Blender writes the four of the combined picture whatever is asked.
+        components = 4 + sum(len(letters) for _, letters in passes.values())
         least_bytes = components * camera.resolution**2 * np.dtype(np.float32).itemsize
         what = f"caching camera {camera.id}"
         render_to(self._path, least_bytes, what, scene=self._scene.name)

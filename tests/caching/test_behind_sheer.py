@@ -76,7 +76,7 @@ def test_pictures_behind_are_rendered_where_something_is_sheer(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, preset: Preset
 ) -> None:
     """And are what pictures rendered whole are, means and ambient occlusion too."""
-    shares: list[float] = []
+    shares: dict[str, list[float]] = {}
 
     def spy(path: Path, least_bytes: int, what: str, *, scene: str) -> None:
         render = bpy.data.scenes[scene].render
@@ -87,14 +87,14 @@ def test_pictures_behind_are_rendered_where_something_is_sheer(
                 (render.border_min_y, render.border_max_y),
             )
         )
-        shares.append(width * height)
+        shares.setdefault(what, []).append(width * height)
         render_to(path, least_bytes, what, scene=scene)
 
     scene = build(PANES["alpha 0.3"][0])
     scene.world = scene.world or bpy.data.worlds.new("sky")
     scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (1, 1, 1, 1)
     geometry = with_render_depsgraph(scene, read_geometry)
-    cameras = [replace(c, resolution=256) for c in caching_cameras(scene, 256)][:1]
+    cameras = [replace(c, resolution=256) for c in caching_cameras(scene, 256)][:2]
     stores = []
     for name in ("border", "whole"):
         monkeypatch.setattr(aov_render, "render_to", spy)
@@ -104,10 +104,12 @@ def test_pictures_behind_are_rendered_where_something_is_sheer(
         bake_scene(scene, geometry, cameras, tmp_path / name, BakeSettings(preset=preset))
         stores.append(CacheStore.open(tmp_path / name).read_camera(0))
         if name == "border":
-            # The first picture is whole, and the ones behind it are not.
-            assert shares[0] == 1.0
-            assert 0.0 < min(shares) < 0.9
-            assert max(shares[-2:]) < 0.9
+            # The first picture of each camera is whole, and the ones behind it are not.
+            assert len(shares) == 2
+            for of_camera in shares.values():
+                assert of_camera[0] == 1.0
+                assert 0.0 < min(of_camera) < 0.9
+                assert max(of_camera[-2:]) < 0.9
     border, whole_store = stores
     assert len(border.behind) == len(whole_store.behind) > 0
     assert "ambient_occlusion" in border.channels

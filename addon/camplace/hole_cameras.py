@@ -9,6 +9,7 @@ projection has no place: its cameras stand so far back that their rays are nearl
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,6 +26,10 @@ TEXELS_PER_PIXEL = 1.5
 # The same where what is soft is to be sharp. A wallpaper's pattern, and Cycles' beside it: with 2
 # texels the error still falls, with 3 it is what the pixels' own samples leave.
 SHARP_TEXELS_PER_PIXEL = 3.0
+
+# So many texels for what is soft: a large view gets fewer along a pixel's side. Temporary pictures
+# are dropped beyond 24 or 256 MB, and those of one view have to stay together.
+_SHARP_TEXELS = 12e6
 
 # Pixels beyond the outermost holes: half of the widest pixel filter, and a texel's footprint.
 _MARGIN_PIXELS = 3.0
@@ -79,7 +84,9 @@ def hole_cameras(view: View, points: HolePoints, first_id: int = 0) -> tuple[Cac
     """
     wanted, texels = points.is_hole, TEXELS_PER_PIXEL
     if points.is_soft is not None and points.is_soft.any():
-        wanted, texels = wanted | points.is_soft, SHARP_TEXELS_PER_PIXEL
+        wanted = wanted | points.is_soft
+        affordable = math.sqrt(_SHARP_TEXELS / np.count_nonzero(wanted))
+        texels = min(max(affordable, TEXELS_PER_PIXEL), SHARP_TEXELS_PER_PIXEL)
     if not wanted.any():
         return ()
     eye = _Eye.of(view, points.seen[wanted], texels)

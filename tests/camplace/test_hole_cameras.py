@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.caching.temporary_store import MOST_PICTURES
 from addon.camplace.camera import CachingCamera
 from addon.camplace.hole_cameras import (
     SHARP_TEXELS_PER_PIXEL,
@@ -116,6 +117,23 @@ def test_texels_are_finer_than_pixels(name: str, what: str) -> None:
         best = np.maximum(best, np.where(held((camera,), points), texels / pixels, 0.0))
     # A hundredth for the step, which ends a little off the hole.
     assert best.min() > 0.99 * texels_per_pixel
+
+
+def test_a_large_soft_view_gets_fewer_texels_for_a_pixel() -> None:
+    """Its pictures stay together: not more than a cache keeps beside it."""
+    few = {}
+    for width in (320, 1920):
+        view = a_view(0.9, (width, width * 9 // 16))
+        # As many wanted pixels as all of them, of which a few places tell the pictures.
+        count = view.width * view.height
+        some = seen_by(view)[:: max(width // 64, 1), :: max(width // 64, 1)].reshape(-1, 3)
+        seen = np.resize(some, (count, 3))
+        points = HolePoints(seen, np.zeros(count, dtype=bool), np.ones(count, dtype=bool))
+        cameras = hole_cameras(view, points)
+        few[width] = sum(camera.resolution**2 for camera in cameras) / count
+        assert len(cameras) < MOST_PICTURES
+    assert few[320] > SHARP_TEXELS_PER_PIXEL**2
+    assert TEXELS_PER_PIXEL**2 < few[1920] < few[320]
 
 
 def test_where_nothing_is_soft_holes_are_baked_as_ever() -> None:

@@ -554,7 +554,9 @@ def test_the_first_picture_after_a_move_has_fewer_rays(
     # An edit, and what comes after the first picture.
     moved.set_lights([point_light("A", (1, 0.9, 1.5)), lights[1]])
     first_picture(moved)
-    assert [sparse for sparse, _ in drawn] == [False]
+    # Where drawing is slow, a coarser picture comes before.
+    assert drawn
+    assert not any(sparse for sparse, _ in drawn)
     drawn.clear()
     while moved.step():
         pass

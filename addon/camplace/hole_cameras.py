@@ -23,8 +23,8 @@ from .settings import RESOLUTIONS
 # that the pixel's centre alone would not tell of. Finer ones left no fewer holes.
 TEXELS_PER_PIXEL = 1.5
 
-# The same where what is soft is to be sharp. A wallpaper's pattern, and Cycles' beside it: with 2
-# texels the error still falls, with 3 it is what the pixels' own samples leave.
+# The same where what is soft is to be sharp. A wallpaper's HDR-FLIP beside Cycles is 0.046 with 1.3
+# texels to a pixel in the mean, 0.043 with 2 and 0.042 with 3.
 SHARP_TEXELS_PER_PIXEL = 3.0
 
 # So many texels for what is soft: a large view gets fewer along a pixel's side. Temporary pictures

@@ -166,18 +166,16 @@ class Stage:
         layers = [layer for layer in self._scene.view_layers if layer.use]
         removed = []
         for layer in layers:
-            for aov in list(layer.aovs):
-                name = aov.name.removeprefix(AOV_PREFIX)
-                if name not in channels:
-                    removed.append((layer, name, aov.type))
-            for name in [name for other, name, _ in removed if other == layer]:
-                layer.aovs.remove(layer.aovs[AOV_PREFIX + name])
+            for name, kind in [(aov.name, aov.type) for aov in layer.aovs]:
+                if name.removeprefix(AOV_PREFIX) not in channels:
+                    layer.aovs.remove(layer.aovs[name])
+                    removed.append((layer, name, kind))
         try:
             yield
         finally:
             for layer, name, kind in removed:
                 aov = layer.aovs.add()
-                aov.name, aov.type = AOV_PREFIX + name, kind
+                aov.name, aov.type = name, kind
 
     def _render_sky(self, camera: CachingCamera) -> NDArray[np.float32]:
         """(R, R, 1): the light of a sky of radiance 1 on white surfaces, which is the open share

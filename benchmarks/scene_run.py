@@ -194,7 +194,7 @@ class SceneRun:
             with Filling(
                 self._scene, self._arrays, cache, session,
                 fills=not self._args.no_filling, keeps=False,
-                sharpens=self._args.preset in SHARPENED and not self._args.no_filling,
+                sharpens=self._args.preset in SHARPENED,
             ) as filling:  # fmt: skip
                 relit = relight_view(session, shot, part_of(progress, *ends), filling)
             # What one view had baked for it is not for the next one.

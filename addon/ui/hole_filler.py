@@ -16,12 +16,13 @@ from typing import TYPE_CHECKING, Any
 import bpy
 
 from ..camplace.camera import CachingCamera
+from ..camplace.hole_cameras import hole_cameras
 from ..errors import InputError
 from ..scene.view import View, same_view
 from . import hole_job, job
 from .camera_watch import redraw
 from .event_loop import call_later
-from .lacking_cameras import lacking_cameras
+from .lacking_points import label, lacking_points
 from .scene_changes import SceneChanges
 
 if TYPE_CHECKING:
@@ -49,6 +50,7 @@ class HoleFiller:
         self._asked: bool | None = None
         self._wanted: tuple[int, Path, tuple[CachingCamera, ...]] | None = None
         self._job: hole_job.HoleJob | None = None
+        self._label = ""
         self._error = ""
         # Blender knows a timer's function by its identity, and a method has a new one each time.
         self._timer = self._tick
@@ -76,8 +78,8 @@ class HoleFiller:
             self._drop()
             self._asked = None
             return
-        if self._asked is not None and scene.relume.sharpen_views and not self._asked:
-            # What is baked for the holes alone would be too coarse.
+        if self._asked is not None and scene.relume.sharpen_views != self._asked:
+            # What is baked for the holes alone would be too coarse, and with what is soft too long.
             self._drop()
             self._asked = None
         if self._asked is not None or not is_whole or opened.stale:
@@ -86,8 +88,10 @@ class HoleFiller:
             call_later(self._look_again, STILL_S)
             return
         self._asked = scene.relume.sharpen_views
-        cameras = lacking_cameras(scene, opened.session, view)
-        if cameras:
+        points = lacking_points(scene, opened.session)
+        cameras = () if points is None else hole_cameras(view, points)
+        if points is not None and cameras:
+            self._label = label(points).lower()
             self._wanted = (scene.session_uid, opened.folder, cameras)
             call_later(self._timer, 0.0)
 
@@ -95,9 +99,9 @@ class HoleFiller:
     def status(self) -> str:
         """What the status line says of it, as one phrase; "" for nothing."""
         if self._job is not None and not self._job.done:
-            return f"filling holes, {100.0 * self._job.fraction:.0f} %"
+            return f"{self._label}, {100.0 * self._job.fraction:.0f} %"
         if self._wanted is not None:
-            return "filling holes"
+            return self._label
         return f"holes could not be filled: {self._error}" if self._error else ""
 
     def _drop(self) -> None:

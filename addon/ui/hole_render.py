@@ -6,11 +6,12 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
+from ..camplace.hole_cameras import hole_cameras
 from ..errors import InputError
 from ..progress import Progress
 from ..scene.view import View
 from . import hole_job
-from .lacking_cameras import lacking_cameras
+from .lacking_points import label, lacking_points
 from .main_thread import MainThread
 
 if TYPE_CHECKING:
@@ -34,18 +35,21 @@ def fill_for_render(
     Returns:
         Why it could not be done, as one sentence; "" where it was, or there was nothing to do.
     """
-    cameras = main.do(lambda: lacking_cameras(scene, opened.session, view))
-    if not cameras:
+    points = main.do(lambda: lacking_points(scene, opened.session))
+    if points is None:
         return ""
     if opened.stale:
         return "its holes were not filled, since the cache is of the scene as it was: bake again"
+    cameras = hole_cameras(view, points)
+    if not cameras:
+        return ""
     try:
         job = main.do(lambda: hole_job.start(scene, opened.folder, cameras))
     except InputError as error:
         return f"its holes were not filled: {error}"
     try:
         while not job.done:
-            progress(job.fraction, f"Filling holes: {job.message}")
+            progress(job.fraction, f"{label(points)}: {job.message}")
             time.sleep(_TICK_S)
             job.advance()
     except BaseException:

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Caching cameras for what a cache lacks of a view, as the artist wants it."""
+"""What a cache lacks of a view, as the artist wants it baked."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from ..camplace.camera import CachingCamera
-from ..camplace.hole_cameras import hole_cameras
-from ..scene.view import View
-
 if TYPE_CHECKING:
+    from ..camplace.hole_cameras import HolePoints
     from ..relight.session import RelightSession
 
 # So large a share of a view has to be open: a row of pixels is none.
@@ -19,23 +16,27 @@ LEAST_OPEN = 5e-4
 LEAST_SOFT = 1e-2
 
 
-def lacking_cameras(scene: Any, session: RelightSession, view: View) -> tuple[CachingCamera, ...]:
-    """Cameras that see the holes of a view, and what is soft where that is to be sharp; neither
-    where there is too little of it to be seen.
+def lacking_points(scene: Any, session: RelightSession) -> HolePoints | None:
+    """The holes of a session's view, and what is soft where that is to be sharp; None where there
+    is too little of it to be seen.
 
     Args:
         scene: a `bpy.types.Scene`.
-        session: at this very view.
-        view: that is looked at.
+        session: at the view.
     """
     sharpens = scene.relume.sharpen_views
     is_open = session.coverage.open_fraction >= LEAST_OPEN
     if not (is_open or sharpens):
-        return ()
+        return None
     points = session.hole_points(and_soft=sharpens)
     if points.soft_fraction < LEAST_SOFT:
         if not is_open:
-            return ()
+            return None
         # Edges alone would have all holes baked four times as finely.
-        points = replace(points, is_soft=None)
-    return hole_cameras(view, points)
+        return replace(points, is_soft=None)
+    return points
+
+
+def label(points: HolePoints) -> str:
+    """What having them baked is called."""
+    return "Filling holes" if points.is_soft is None else "Sharpening the view"

@@ -21,7 +21,7 @@ from addon.caching.store import CacheStore
 from addon.caching.temporary_store import FOLDER_NAME, temporary_pictures
 from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
-from addon.camplace.hole_cameras import HolePoints
+from addon.camplace.hole_cameras import HolePoints, hole_cameras
 from addon.errors import InputError
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
@@ -29,7 +29,7 @@ from addon.ui import hole_filler, hole_job
 from addon.ui.camera_objects import show_cameras
 from addon.ui.event_loop import call_later
 from addon.ui.hole_filler import STILL_S, HoleFiller
-from addon.ui.lacking_cameras import LEAST_OPEN, lacking_cameras
+from addon.ui.lacking_points import LEAST_OPEN, lacking_points
 from tests import synthetic
 from tests.ui.test_job import session_state
 
@@ -282,8 +282,8 @@ def test_close_views_are_sharpened_where_the_artist_asks(
     assert asked == []
     # Asked while the view stands still, and once.
     scene.relume.sharpen_views = True
-    assert follow(0.0) == "filling holes"
-    assert follow(0.0) == "filling holes"
+    assert follow(0.0) == "sharpening the view"
+    assert follow(0.0) == "sharpening the view"
     assert asked == [True]
     # Edges of near things always are.
     how_many_soft = 1
@@ -301,8 +301,9 @@ def test_holes_among_soft_edges_are_baked_as_ever(scene: Any) -> None:
         session: Any = SimpleNamespace(
             coverage=SimpleNamespace(open_fraction=0.1), hole_points=lambda *, p=points, **_: p
         )
-        cameras = lacking_cameras(scene, session, view)
-        found.append([camera.to_json() for camera in cameras])
+        lacking = lacking_points(scene, session)
+        assert lacking is not None
+        found.append([camera.to_json() for camera in hole_cameras(view, lacking)])
     assert found[1] == found[0]
     assert found[2] != found[0]
 
@@ -368,6 +369,49 @@ def test_two_viewports_have_their_holes_filled_one_after_the_other(
     assert second.cameras[0].origin[0] == 1.0
     wait_for(fillers[1])
     assert [filler.status for filler in fillers] == ["", ""]
+
+
+def test_sharpening_switched_on_or_off_ends_what_is_under_way(
+    scene: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
+    monkeypatch.setattr(hole_job, "HoleJob", QuickJob)
+    clock, view = Clock(), view_at(0.0)
+    filler = HoleFiller(clock)
+    holes = HolePoints(np.random.default_rng(1).uniform(-0.1, 0.1, (50, 3)), np.arange(50) < 25)
+    soft = replace(holes, is_soft=~holes.is_hole)
+
+    def points(*, and_soft: bool) -> HolePoints:
+        return soft if and_soft else holes
+
+    shown: Any = SimpleNamespace(
+        folder=folder_of(scene),
+        stale="",
+        session=SimpleNamespace(coverage=SimpleNamespace(open_fraction=0.5), hole_points=points),
+    )
+
+    def start() -> Any:
+        for _ in range(2):
+            filler.follow(scene, shown, view, is_whole=True)
+            clock.now += STILL_S + 0.01
+        filler._tick()
+        return hole_job.current()
+
+    coarse = start()
+    assert filler.status == "filling holes, 33 %"
+    scene.relume.sharpen_views = True
+    fine = start()
+    assert coarse.done
+    assert not fine.done
+    assert filler.status == "sharpening the view, 33 %"
+    scene.relume.sharpen_views = False
+    last = start()
+    assert fine.done
+    assert not last.done
+    assert [camera.to_json() for camera in last.cameras] == [
+        camera.to_json() for camera in coarse.cameras
+    ]
+    wait_for(filler)
 
 
 def test_a_timer_that_is_there_is_not_set_again(extension: None) -> None:

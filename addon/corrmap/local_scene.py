@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from ..camplace.embree_mesh import EmbreeMesh
 from ..camplace.mask import Mask
 from ..camplace.parallel import in_parts
+from ..scene.coincident import Coincident
 from ..scene.geometry import PART, SceneGeometry
 
 # Above a rounding to float32.
@@ -73,6 +74,7 @@ class LocalScene:
         local = (geometry.vertices - origin).astype(np.float32).astype(np.float64)
         self.geometry = replace(geometry, vertices=local, copies=())
         self.origin = origin
+        self._world = geometry
         self._meshes: dict[bytes, EmbreeMesh] = {}
         self.made = {}
 
@@ -87,6 +89,11 @@ class LocalScene:
     def planes(self) -> TrianglePlanes:
         """Of the triangles; made when they are first asked for."""
         return TrianglePlanes.of(self.geometry)
+
+    @property
+    def coincident(self) -> Coincident:
+        """Of the triangles where they stand in the world, as Cycles has them: found once."""
+        return self._world.coincident
 
     def has_mesh(self, chosen: NDArray[np.bool_]) -> bool:
         """Whether the tree of some triangles (T,) is there already."""

@@ -11,6 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from .coincident import Coincident, coincident_triangles
 from .mesh_copies import MeshCopies
 
 # Triangles worked on at a time: the corners and edges of all at once would take far more memory
@@ -147,6 +148,11 @@ class SceneGeometry:
         for some in self._in_parts():
             normal[some] = self.normal_of(some)
         return normal
+
+    @cached_property
+    def coincident(self) -> Coincident:
+        """Pairs of triangles that lie in one another."""
+        return coincident_triangles(self.vertices, self.triangles)
 
     def normal_of(self, triangle: NDArray[np.int64] | slice) -> NDArray[np.float64]:
         """(N, 3) the normals of some triangles (N,), for those who do not need them all."""

@@ -91,6 +91,34 @@ def test_terminator_of_a_coarse_ball(name: str, offset: float, blend: Any, tmp_p
     assert relit[hit].mean() == pytest.approx(reference[hit].mean(), rel=0.005)
 
 
+@pytest.mark.parametrize("turned", [0.0, 0.4], ids=["straight", "turned"])
+@pytest.mark.parametrize("name", ["point", "sun", "area"])
+def test_what_lies_in_another_plane_is_black(
+    name: str, turned: float, blend: Any, tmp_path: Path
+) -> None:
+    import bpy
+
+    kind, settings = CASES[name]
+    build(blend, kind, settings, DIFFUSE)
+    floor = blend.objects["Plane"]
+    for place in ((-1.6, -1.2), (2.0, 0.8)):
+        bpy.ops.mesh.primitive_plane_add(size=1.3, location=(*place, 0.0))
+        plate = bpy.context.object
+        plate.data.materials.append(floor.data.materials[0])
+        plate.rotation_euler.z = turned
+    blend.view_layers.update()
+    hard = is_hard(kind, settings)
+    reference = cycles_picture(blend, tmp_path / "cycles.exr", 4 if hard else 64)[..., 0]
+    relit, hit = relit_picture(blend, DIFFUSE, 1 if hard else 32, traced=True)
+    pictures = (reference[hit] / reference.max(), relit[hit, 0] / reference.max())
+    black, lit = [picture <= 1e-4 for picture in pictures], [p > 1e-2 for p in pictures]
+    # The plates, beside what is in the ball's shadow.
+    assert black[0].sum() > 200
+    # A pixel whose centre is on a plate's edge.
+    assert ((black[0] & lit[1]) | (lit[0] & black[1])).sum() <= 3
+    assert relit[hit].mean() == pytest.approx(reference[hit].mean(), rel=0.005)
+
+
 def glow_like(scene: Any, kind: str) -> None:
     """A glowing plane, or two glowing balls of other colours, over a plane and a ball."""
     import bpy

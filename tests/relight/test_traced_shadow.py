@@ -131,6 +131,28 @@ def test_contact_is_shadowed(where: str) -> None:
         assert (traced(geometry, light, surface)[1] == lit).all()
 
 
+@pytest.mark.parametrize("where", PLACES)
+@pytest.mark.parametrize("name", EDGE_LIGHTS)
+def test_what_lies_in_another_plane_is_black(name: str, where: str) -> None:
+    """A square of half side a in a floor, as of Cycles; not one a little below, nor one that casts
+    no shadow."""
+    a, xs, ys = 0.4, np.linspace(-1.0, 1.0, 200), np.linspace(-1.0, 1.0, 100)
+    scale, offset = PLACES[where][0], np.array(PLACES[where][1])
+    light = placed(EDGE_LIGHTS[name], scale, offset)
+    points = floor_points(xs, ys) * scale
+    surface = surfaces(points, UP, origin=tuple(offset), eye=(0.0, 0.0, 10.0 * scale))
+    inside = (np.abs(ys)[:, None] < a) & (np.abs(xs) < a)
+
+    def share(below: float, casters: NDArray[np.bool_] | None = None) -> Array:
+        parts = [square(2.0, 0.0), square(a, -below)]
+        return traced(moved(geometry_of(parts), scale, offset), light, surface, None, casters)[1]
+
+    lit = share(0.01)
+    assert lit.mean() > 0.5
+    assert np.array_equal(share(0.0), np.where(inside, 0.0, lit))
+    assert np.array_equal(share(0.0, np.zeros(4, dtype=np.bool_)), lit)
+
+
 def test_rasterized_error_of_a_large_triangle() -> None:
     """A view that stands on a floor of 100 km gets positions that are off that floor by what
     float32 rounds there; the rays start from the floor all the same."""

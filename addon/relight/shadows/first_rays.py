@@ -31,14 +31,22 @@ class FirstRays:
         reach: of the point.
         seen: the sample of the view.
         short: the share of its length by which a ray ends before the point.
+        hidden: (N,) which of its receivers get no light anyway; None for none.
     """
 
     def __init__(
-        self, shadow_rays: ShadowRays, reach: PlainReach, seen: SeenReceivers, short: float
+        self,
+        shadow_rays: ShadowRays,
+        reach: PlainReach,
+        seen: SeenReceivers,
+        short: float,
+        hidden: NDArray[np.bool_] | None = None,
     ) -> None:
         self._rays, self._reach, self._seen, self._short = shadow_rays, reach, seen, short
         self.count = 0
         self.sides = self._lit_sides()
+        if hidden is not None:
+            self.sides[hidden.take(seen.number) & seen.hit] = 0
 
     def _lit_sides(self) -> NDArray[np.int8]:
         start, normal = self._seen.starts, self._seen.shaded

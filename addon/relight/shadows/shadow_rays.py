@@ -3,12 +3,18 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.local_scene import LocalScene, digest
+from .buried import buried
 from .cutout_alpha import CutoutAlpha
 from .sheer_light import SheerLight
+
+if TYPE_CHECKING:
+    from .receivers import Receivers
 
 # What embree makes of a triangle's plane is off by some roundings of the largest vector from the
 # ray's origin to its corners: one of each corner's difference to the origin, and about four more
@@ -46,7 +52,9 @@ class ShadowRays:
         sheer = self._geometry.is_sheer
         self._sheer = scene.mesh(casters & sheer) if sheer.any() else None
         self._light = SheerLight(self._geometry)
-        self._solid = scene.mesh(casters & ~mixed & ~away & ~sheer)
+        solid = casters & ~mixed & ~away & ~sheer
+        self._scene, self._stoppers = scene, solid
+        self._solid = scene.mesh(solid)
         self._masked = scene.mesh(casters & mixed)
         self._alpha = CutoutAlpha(self._geometry)
 
@@ -85,6 +93,11 @@ class ShadowRays:
             active = active[goes_on]
         result[active] = 0.0
         return result
+
+    def buried(self, receivers: Receivers) -> NDArray[np.bool_] | None:
+        """(N,) which receivers lie in a triangle that stops rays, so that none leaves them; None
+        where no one does."""
+        return buried(self._scene, self._stoppers, receivers)
 
     def blocked(
         self,

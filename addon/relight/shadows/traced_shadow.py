@@ -168,11 +168,14 @@ class TracedShadowPass:
         plain = PlainReach.of(light, sample, surface.origin) if objects is None else None
         stops = shadow_rays(self.local_scene(surface.origin), casters)
         # Of a shadow that is moved, only the light itself tells what it shines on.
-        tells_side = seen.smooth.any and not any(light.controls.shadow.offset)
+        is_moved = any(light.controls.shadow.offset)
+        tells_side = seen.smooth.any and not is_moved
+        # Rays of a shadow that is moved start elsewhere.
+        hidden = None if is_moved else stops.buried(seen.receivers)
         is_point, is_whole = len(sample.spots) == 0, surface.picture_height is None and stride == 1
         sparse = sparse and is_point and is_whole and not stops.dims
         if sparse and plain is not None and sample.emitter is None:
-            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT)
+            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT, hidden)
             known = look_sparsely(first.reach, first.sides, seen.even)
             return _of_known(known, first.count, tells_side=tells_side)
         if plain is not None:
@@ -181,6 +184,7 @@ class TracedShadowPass:
             is_smooth = seen.smooth.any
             reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
             lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
+        lit = lit.without(hidden)
         rays = _Rays(stops, light, sample, seen=seen, lit=lit)
         if sparse:
             known = look_sparsely(

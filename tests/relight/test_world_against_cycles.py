@@ -7,9 +7,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import bmesh
 import bpy
 import numpy as np
 import pytest
+from mathutils import Matrix
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from addon.caching.bake import bake_scene
@@ -77,11 +80,13 @@ def _build() -> Any:
     return scene
 
 
-def test_still_life(gpu_context: None, tmp_path: Path) -> None:
-    from addon.glsl.shader import read_texture
+def _relit_and_cycles(
+    scene: Any, tmp_path: Path, samples: tuple[int, int]
+) -> tuple[Any, Any, NDArray[np.float64]]:
+    """A session, its picture, and Cycles', of so many samples."""
     from addon.relight.session import RelightSession
+    from addon.relight.shadows.shadow_frustum import ShadowSettings
 
-    scene = _build()
     geometry, view, world = with_render_depsgraph(
         scene, lambda d: (read_geometry(d), read_view(d, scene.camera), read_world(d))
     )
@@ -90,13 +95,19 @@ def test_still_life(gpu_context: None, tmp_path: Path) -> None:
         0, view.world_from_camera.copy(), float(fov), 0.5, 50.0, 512, "PERSPECTIVE", 0
     )
     bake_scene(scene, geometry, [caching], tmp_path / "cache")
-    session = RelightSession(geometry, CacheStore.open(tmp_path / "cache"), 32)
+    session = RelightSession(geometry, CacheStore.open(tmp_path / "cache"), samples[0])
+    session.set_shadows(ShadowSettings(method="traced"))
     session.set_world(world)
     session.set_view(view)
     picture = session.render()
-    relit = picture.layers["World"].astype(np.float64)
-    cycles = cycles_picture(scene, tmp_path / "cycles.exr", 512)[..., :3]
+    return session, picture, cycles_picture(scene, tmp_path / "cycles.exr", samples[1])[..., :3]
 
+
+def test_still_life(gpu_context: None, tmp_path: Path) -> None:
+    from addon.glsl.shader import read_texture
+
+    session, picture, cycles = _relit_and_cycles(_build(), tmp_path, (32, 512))
+    relit = picture.layers["World"].astype(np.float64)
     camera = picture.correspondence[..., 0]
     seen = session._sampler.sample(0)
     position = read_texture(seen.position)[..., 3]
@@ -110,3 +121,20 @@ def test_still_life(gpu_context: None, tmp_path: Path) -> None:
     for number in np.unique(position[inside]):
         mine = inside & (position == number)
         assert relit[mine].mean() == pytest.approx(cycles[mine].mean(), rel=0.015)
+
+
+def test_what_lies_in_the_floor_is_black(gpu_context: None, tmp_path: Path) -> None:
+    """Of the floor's mesh, so that both are one surface."""
+    scene = _build()
+    made = bmesh.new()
+    floor: Any = bpy.data.objects["Plane"].data
+    made.from_mesh(floor)
+    for x in (-1.4, 1.5):
+        bmesh.ops.create_grid(made, size=0.5, matrix=Matrix.Translation((x, -1.3, 0.0)))
+    made.to_mesh(floor)
+    made.free()
+    _, picture, cycles = _relit_and_cycles(scene, tmp_path, (4, 16))
+    relit = picture.layers["World"].astype(np.float64)
+    black = ndimage.binary_erosion(cycles.max(axis=-1) < 1e-3 * cycles.max())
+    assert black.sum() > 100
+    assert relit[black].max() < 1e-3 * cycles.max()

@@ -196,6 +196,14 @@ def test_a_camera_at_the_view_sharpens_what_is_soft(gpu_context: None) -> None:
     sampler.set_added(baked([camera]))
     sampler.set_view(view)
     assert sampler.hole_points(and_soft=True).soft_fraction == 0.0
+    # A hole is not soft too.
+    half = sampler_of(setup, baked([coarse]), 1 << 30)
+    assert isinstance(half, SurfaceSampler)
+    half.set_view(view)
+    open_points = half.hole_points(and_soft=True)
+    assert open_points.is_hole[right].any()
+    assert open_points.is_soft is not None
+    assert not (open_points.is_soft & open_points.is_hole).any()
     assert hole_cameras(view, sampler.hole_points(and_soft=True)) == ()
 
 

@@ -29,7 +29,15 @@ from addon.stopping import stop_signals
 from tools.verbs.arguments import size
 
 from .chosen_scenes import chosen_scenes
-from .scene_steps import Rates, Step, describe_plans, in_order, read_json, steps_left
+from .scene_steps import (
+    Rates,
+    Step,
+    describe_plans,
+    forget_pictures,
+    in_order,
+    read_json,
+    steps_left,
+)
 from .scene_table import draw_sheets, write_page
 
 REFERENCE_SAMPLES, DOUBLINGS = 16, 3
@@ -149,9 +157,7 @@ def _forget(folder: Path, args: argparse.Namespace) -> None:
             shutil.rmtree(folder / preset, ignore_errors=True)
             plan["presets"].pop(preset, None)  # type: ignore[index]
         if args.again:
-            for path in (folder / preset).glob("*/*/relit.json"):
-                path.unlink()
-                (path.parent / "figures.json").unlink(missing_ok=True)
+            forget_pictures(folder, preset, args.samples)
     if plan is not None and args.bake_again:
         import json
 
@@ -212,7 +218,8 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--plan", action="store_true",
                         help="place the cameras, say how long the rest takes, stop")  # fmt: skip
     parser.add_argument("--again", action="store_true",
-                        help="relight anew; bakes and references stay")  # fmt: skip
+                        help="relight anew; bakes, references and pictures of other samples "
+                        "stay")  # fmt: skip
     parser.add_argument("--bake-again", action="store_true",
                         help="place, bake and relight anew; references stay")  # fmt: skip
     parser.add_argument("--fresh", action="store_true", help="forget all of these scenes")

@@ -135,7 +135,18 @@ def steps_left(
 
 def picture_folder(folder: Path, preset: str, view: str, samples: int) -> Path:
     """Where a view's picture with a preset and so many samples is, and what is known of it."""
-    return folder / preset / view / f"{samples} samples"
+    return folder / preset / view / _count_name(samples)
+
+
+def forget_pictures(folder: Path, preset: str, samples: Sequence[int]) -> None:
+    """Have all views relit and measured again with some numbers of samples."""
+    for count in samples:
+        for path in (folder / preset).glob(f"*/{_count_name(count)}/*.json"):
+            path.unlink()
+
+
+def _count_name(samples: int) -> str:
+    return f"{samples} samples"
 
 
 def in_order(steps: Mapping[str, Sequence[Step]], presets: Sequence[str]) -> list[Step]:

@@ -23,7 +23,7 @@ LARGEST_FLIP, MOST_OPEN = 0.03, 0.001
 HEAD = """# Accuracy in whole scenes
 
 Four views of each scene that its caching cameras were not placed for, beside Cycles with the same
-lights and direct light only. `make accuracy SCENES="A.blend B.blend"` makes this page, and a
+lights and direct light only. `make scene-accuracy SCENES="A.blend B.blend"` makes this page, and a
 contact sheet for each scene in `out/accuracy/scenes/`. [accuracy.md](accuracy.md) has every kind of
 light on every lobe.
 
@@ -234,7 +234,7 @@ def _views(scenes: Sequence[SceneFigures], preset: str) -> list[str]:
 
 def draw_sheets(folders: Sequence[Path]) -> None:
     """A sheet for each scene: a row for each view, Cycles and each preset with its error, of
-    the pictures with the most samples."""
+    the view's picture with the most samples."""
     for folder in folders:
         plan = read_json(folder / "plan.json")
         assert plan is not None
@@ -245,13 +245,10 @@ def draw_sheets(folders: Sequence[Path]) -> None:
                 continue
             cells = [Cell(reference, "Cycles, direct light")]
             for preset in PRESETS:
-                counts = _sample_counts(folder / preset)
-                if not counts:
+                finest = _finest(folder, preset, entry["name"])
+                if finest is None:
                     continue
-                place = picture_folder(folder, preset, entry["name"], counts[-1])
-                figures = ViewFigures.read(place)
-                if figures is None:
-                    continue
+                place, figures = finest
                 words = f"{figures.psnr.measured:.1f} dB, away {figures.away.measured:.1f} dB"
                 cells += [
                     Cell(place / "relit.png", f"Relume, {preset}", words),
@@ -262,6 +259,17 @@ def draw_sheets(folders: Sequence[Path]) -> None:
         if rows:
             title = folder.parent.name
             write_sheet(folder / "sheet.png", title, "Views that the placement did not know", rows)
+
+
+def _finest(folder: Path, preset: str, view: str) -> tuple[Path, ViewFigures] | None:
+    """Of a view's pictures that were measured the one with the most samples: where it is, and its
+    figures."""
+    for samples in reversed(_sample_counts(folder / preset)):
+        place = picture_folder(folder, preset, view, samples)
+        figures = ViewFigures.read(place)
+        if figures is not None:
+            return place, figures
+    return None
 
 
 def _decibels(value: float | None) -> float:

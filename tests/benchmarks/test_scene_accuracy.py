@@ -10,8 +10,17 @@ from typing import Any
 
 import pytest
 
-from benchmarks.scene_steps import Rates, Step, in_order, picture_folder, steps_left
+from benchmarks import scene_table
+from benchmarks.scene_steps import (
+    Rates,
+    Step,
+    forget_pictures,
+    in_order,
+    picture_folder,
+    steps_left,
+)
 from benchmarks.scene_table import draw_sheets, read_scenes, write_page
+from tools.contact_sheet import Row
 
 VIEWS = ["Other 1", "Other 2"]
 
@@ -133,6 +142,32 @@ def test_each_number_of_samples_has_pictures_and_rows_of_its_own(
     rows = [r for r in page.read_text("utf-8").splitlines() if r.startswith("| hall | final")]
     assert [row.split(" | ")[2] for row in rows] == ["4", "16"]
     assert "42.0 / 42.0 (43.0)" in rows[1]
+
+
+def test_pictures_are_made_again_of_the_samples_that_are_asked_for(folder: Path) -> None:
+    for samples in (4, 16):
+        _relit(folder, "final", 39.0, 39.5, samples)
+    forget_pictures(folder, "final", [16])
+    assert _left(folder, ["final"], (4,)) == []
+    assert "relight" in [step.kind for step in _left(folder, ["final"], (16,))]
+
+
+def test_a_sheet_has_each_views_finest_picture(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for samples in (4, 16):
+        _relit(folder, "final", 39.0, 39.5, samples)
+    # The second view was not measured with more.
+    (picture_folder(folder, "final", "Other 2", 16) / "figures.json").unlink()
+    for view in VIEWS:
+        (folder / view).mkdir()
+        (folder / view / "reference.png").touch()
+    drawn: list[Row] = []
+    monkeypatch.setattr(scene_table, "write_sheet", lambda *args: drawn.extend(args[3]))
+    draw_sheets([folder])
+    pictures = [row.cells[1].picture for row in drawn]
+    finest = (("Other 1", 16), ("Other 2", 4))
+    assert pictures == [picture_folder(folder, "final", *each) / "relit.png" for each in finest]
 
 
 def test_equal_pictures_count_as_infinitely_near(folder: Path, tmp_path: Path) -> None:

@@ -92,7 +92,8 @@ class LocalScene:
 
     @property
     def coincident(self) -> Coincident:
-        """Of the triangles where they stand in the world, as Cycles has them: found once."""
+        """Of the triangles where they stand in the world, whose roundings are others than here;
+        found once."""
         return self._world.coincident
 
     def has_mesh(self, chosen: NDArray[np.bool_]) -> bool:

@@ -99,6 +99,8 @@ class SceneGeometry:
             face is flat.
         terminator_offset: (O,) float32, for each of `object_names` below which cosine to the light
             shadow rays start above its smooth triangles; None for Blender's usual one.
+        shares_mesh: (O,) bool, for each of `object_names` whether others show the same mesh; None
+            where none do.
         full_names: for each of `object_names` the full name of who instances it ("" where
             nobody does) and its own, libraries in them; none for arrays likewise.
         copies: meshes that stand in it many times, of which each place's triangles are here too.
@@ -122,6 +124,7 @@ class SceneGeometry:
     full_names: tuple[tuple[str, str], ...] = ()
     corner_normals: NDArray[np.uint16] | None = None
     terminator_offset: NDArray[np.float32] | None = None
+    shares_mesh: NDArray[np.bool_] | None = None
     copies: tuple[MeshCopies, ...] = ()
 
     def __len__(self) -> int:
@@ -151,8 +154,8 @@ class SceneGeometry:
 
     @cached_property
     def coincident(self) -> Coincident:
-        """Pairs of triangles that lie in one another."""
-        return coincident_triangles(self.vertices, self.triangles)
+        """Triangles that overlap another one in their plane, as Cycles has them in the world."""
+        return coincident_triangles(self)
 
     def normal_of(self, triangle: NDArray[np.int64] | slice) -> NDArray[np.float64]:
         """(N, 3) the normals of some triangles (N,), for those who do not need them all."""

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -213,6 +215,12 @@ class _Collector:
         return weight
 
 
+def _shared(parts: Sequence[_Part]) -> NDArray[np.bool_]:
+    """(O,) which parts show a mesh that others show too."""
+    shown = Counter(id(part.mesh) for part in parts)
+    return np.array([shown[id(part.mesh)] > 1 for part in parts], dtype=np.bool_)
+
+
 def _clean(collector: _Collector) -> SceneGeometry:
     """Join the parts, leaving out triangles that cannot be used."""
     parts = collector.parts
@@ -279,6 +287,7 @@ def _clean(collector: _Collector) -> SceneGeometry:
         object_states=tuple(part.state for part in parts),
         full_names=tuple(part.full_names for part in parts),
         corner_normals=None if corner_normals is None else corner_normals[keep],
+        shares_mesh=_shared(parts),
         terminator_offset=np.array([part.terminator_offset for part in parts], dtype=np.float32),
         # What light passes through in part is drawn one by one.
         copies=tuple(c for c in copies if not np.isin(c.material_id, sheer).any()),

@@ -102,7 +102,7 @@ class HoleFiller:
             return f"{self._label}, {100.0 * self._job.fraction:.0f} %"
         if self._wanted is not None:
             return self._label
-        return f"holes could not be filled: {self._error}" if self._error else ""
+        return f"{self._label} failed: {self._error}" if self._error else ""
 
     def _drop(self) -> None:
         """Forget what was wanted, and end what is under way for it."""

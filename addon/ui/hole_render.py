@@ -38,15 +38,16 @@ def fill_for_render(
     points = main.do(lambda: lacking_points(scene, opened.session))
     if points is None:
         return ""
-    if opened.stale:
-        return "its holes were not filled, since the cache is of the scene as it was: bake again"
     cameras = hole_cameras(view, points)
     if not cameras:
         return ""
+    missed = "its holes were not filled" if points.is_soft is None else "it was not sharpened"
+    if opened.stale:
+        return f"{missed}, since the cache is of the scene as it was: bake again"
     try:
         job = main.do(lambda: hole_job.start(scene, opened.folder, cameras))
     except InputError as error:
-        return f"its holes were not filled: {error}"
+        return f"{missed}: {error}"
     try:
         while not job.done:
             progress(job.fraction, f"{label(points)}: {job.message}")
@@ -56,6 +57,6 @@ def fill_for_render(
         job.stop()
         raise
     if job.error:
-        return f"its holes were not filled: {job.error}"
+        return f"{missed}: {job.error}"
     main.do(opened.follow_filled)
     return ""

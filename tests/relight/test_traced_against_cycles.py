@@ -91,10 +91,10 @@ def test_terminator_of_a_coarse_ball(name: str, offset: float, blend: Any, tmp_p
     assert relit[hit].mean() == pytest.approx(reference[hit].mean(), rel=0.005)
 
 
-@pytest.mark.parametrize("turned", [0.0, 0.4], ids=["straight", "turned"])
+@pytest.mark.parametrize(("turned", "level"), [(0.0, 0.0), (0.4, 0.0), (0.4, 1.3)])
 @pytest.mark.parametrize("name", ["point", "sun", "area"])
 def test_what_lies_in_another_plane_is_black(
-    name: str, turned: float, blend: Any, tmp_path: Path
+    name: str, turned: float, level: float, blend: Any, tmp_path: Path
 ) -> None:
     import bpy
 
@@ -106,6 +106,8 @@ def test_what_lies_in_another_plane_is_black(
         plate = bpy.context.object
         plate.data.materials.append(floor.data.materials[0])
         plate.rotation_euler.z = turned
+    for thing in blend.objects:
+        thing.location.z += level
     blend.view_layers.update()
     hard = is_hard(kind, settings)
     reference = cycles_picture(blend, tmp_path / "cycles.exr", 4 if hard else 64)[..., 0]

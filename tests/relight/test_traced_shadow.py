@@ -39,11 +39,13 @@ def traced(
     surface: Surfaces,
     sample: LightSample | None = None,
     casters: NDArray[np.bool_] | None = None,
+    *,
+    sparse: bool = False,
 ) -> tuple[TracedShadow, Array]:
     """The shadow, and its share: light that arrives over light that would without shadows."""
     sample = sample or light_sample(light, 0, 1)
     buffer = surface.upload()
-    shadow = TracedShadowPass(geometry).draw(buffer, light, sample, casters=casters)
+    shadow = TracedShadowPass(geometry).draw(buffer, light, sample, casters=casters, sparse=sparse)
     both = [
         drawn_light(surface, light, [sample], shadow=chosen)[..., 0] for chosen in (shadow, None)
     ]
@@ -131,9 +133,10 @@ def test_contact_is_shadowed(where: str) -> None:
         assert (traced(geometry, light, surface)[1] == lit).all()
 
 
+@pytest.mark.parametrize("sparse", [False, True])
 @pytest.mark.parametrize("where", PLACES)
 @pytest.mark.parametrize("name", EDGE_LIGHTS)
-def test_what_lies_in_another_plane_is_black(name: str, where: str) -> None:
+def test_what_lies_in_another_plane_is_black(name: str, where: str, sparse: bool) -> None:
     """A square of half side a in a floor, as of Cycles; not one a little below, nor one that casts
     no shadow."""
     a, xs, ys = 0.4, np.linspace(-1.0, 1.0, 200), np.linspace(-1.0, 1.0, 100)
@@ -144,8 +147,8 @@ def test_what_lies_in_another_plane_is_black(name: str, where: str) -> None:
     inside = (np.abs(ys)[:, None] < a) & (np.abs(xs) < a)
 
     def share(below: float, casters: NDArray[np.bool_] | None = None) -> Array:
-        parts = [square(2.0, 0.0), square(a, -below)]
-        return traced(moved(geometry_of(parts), scale, offset), light, surface, None, casters)[1]
+        geometry = moved(geometry_of([square(2.0, 0.0), square(a, -below)]), scale, offset)
+        return traced(geometry, light, surface, None, casters, sparse=sparse)[1]
 
     lit = share(0.01)
     assert lit.mean() > 0.5

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Which receivers lie in another triangle too, and so get no light, see `coincident`."""
+"""Places that lie in another triangle too, and so get no light, see `coincident`."""
 
 from __future__ import annotations
 
@@ -8,56 +8,59 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from ...scene.coincident import LEAST_OVERLAP, in_plane
+from ...scene.plane_cells import PlaneCells
+
 if TYPE_CHECKING:
     from ...corrmap.local_scene import LocalScene
     from .receivers import Receivers
 
-# Receivers at once: some lie in the planes of a hundred triangles.
-_PART = 1 << 12
 
-
-def buried(
-    scene: LocalScene, casters: NDArray[np.bool_], receivers: Receivers
-) -> NDArray[np.bool_] | None:
-    """(N,) which receivers lie in another of the triangles that cast shadows; None for none.
+class BuriedPlaces:
+    """Finds them among a scene's triangles.
 
     Args:
         scene: the triangles.
-        casters: (T,) which of them stop light.
-        receivers: N of them.
+        stoppers: (T,) which of them stop all light.
     """
-    pairs = scene.coincident
-    # Of most scenes that is all.
-    if not len(pairs) or not casters[pairs.second].any():
-        return None
-    in_pair = np.zeros(len(scene.geometry) + 1, dtype=np.bool_)
-    # The last is of triangles that are not known.
-    in_pair[pairs.triangles] = True
-    rows = np.flatnonzero(in_pair.take(receivers.triangle, mode="wrap"))
-    found = np.zeros(len(receivers.triangle), dtype=np.bool_)
-    for start in range(0, len(rows), _PART):
-        some = rows[start : start + _PART]
-        first = np.searchsorted(pairs.first, receivers.triangle[some], "left")
-        count = np.searchsorted(pairs.first, receivers.triangle[some], "right") - first
-        each = np.repeat(np.arange(len(some)), count)
-        pair = np.arange(len(each)) + np.repeat(first - (np.cumsum(count) - count), count)
-        stops = casters[pairs.second[pair]]
-        each, pair = each[stops], pair[stops]
-        corners = scene.geometry.vertices[scene.geometry.triangles[pairs.second[pair]]]
-        inside = _holds(corners, receivers.place[:, some[each]], pairs.axis[pair])
-        found[some[each[inside]]] = True
-    return found if found.any() else None
+
+    def __init__(self, scene: LocalScene, stoppers: NDArray[np.bool_]) -> None:
+        known = scene.coincident
+        some = stoppers[known.triangles]
+        self._owner = known.triangles[some]
+        if not len(self._owner):
+            return
+        self._plane = np.full(len(stoppers) + 1, -1, dtype=np.int64)
+        self._axis = np.zeros(len(stoppers) + 1, dtype=np.int64)
+        # The last is of triangles that are not known.
+        self._plane[known.triangles], self._axis[known.triangles] = known.plane, known.axis
+        corners = scene.geometry.vertices[scene.geometry.triangles[self._owner]]
+        self._corners = in_plane(corners, known.axis[some])
+        self._cells = PlaneCells(known.plane[some], self._corners)
+
+    def of(self, receivers: Receivers) -> NDArray[np.bool_] | None:
+        """(N,) which receivers they are; None for none."""
+        if not len(self._owner):
+            return None
+        plane = self._plane.take(receivers.triangle, mode="wrap")
+        number = np.flatnonzero(plane >= 0)
+        triangle = receivers.triangle[number]
+        place = in_plane(receivers.place[:, number].T, self._axis[triangle])
+        at = np.ascontiguousarray(place.T)
+        found = np.zeros(len(plane), dtype=np.bool_)
+        for a, b in self._cells.near(plane[number], at, at):
+            other = self._owner.take(b) != triangle.take(a)
+            holds = _holds(self._corners[b[other]], place[a[other]])
+            found[number[a[other][holds]]] = True
+        return found if found.any() else None
 
 
-def _holds(
-    corners: NDArray[np.float64], place: NDArray[np.float64], axis: NDArray[np.int8]
-) -> NDArray[np.bool_]:
-    """(P,) whether triangles (P, 3, 3) hold places (3, P) of their planes, all of one coordinate
-    along an axis (P,)."""
-    row = np.arange(len(axis))
-    across = [(axis + step) % 3 for step in (1, 2)]
-    x, y = (corners[row, :, a].T - place[a, row] for a in across)
-    turns = [x[k - 1] * y[k] - x[k] * y[k - 1] for k in range(3)]
-    left = (turns[0] >= 0.0) & (turns[1] >= 0.0) & (turns[2] >= 0.0)
-    right = (turns[0] <= 0.0) & (turns[1] <= 0.0) & (turns[2] <= 0.0)
-    return np.asarray(left | right)
+def _holds(corners: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """(P,) whether triangles (P, 3, 2) hold places (P, 2), and not just on an edge: there are
+    their neighbours, which are in their plane too."""
+    x, y = np.moveaxis(corners - place[:, None], -1, 0)
+    next_x, next_y = np.roll(x, -1, axis=1), np.roll(y, -1, axis=1)
+    length = np.hypot(next_x - x, next_y - y)
+    above = (x * next_y - next_x * y) / length
+    least = LEAST_OVERLAP * length.max(axis=1)
+    return np.asarray((above.min(axis=1) > least) | (above.max(axis=1) < -least))

@@ -31,7 +31,7 @@ class FirstRays:
         reach: of the point.
         seen: the sample of the view.
         short: the share of its length by which a ray ends before the point.
-        hidden: (N,) which of its receivers get no light anyway; None for none.
+        buried: (N,) which of its receivers no ray leaves; None for none.
     """
 
     def __init__(
@@ -40,13 +40,12 @@ class FirstRays:
         reach: PlainReach,
         seen: SeenReceivers,
         short: float,
-        hidden: NDArray[np.bool_] | None = None,
+        buried: NDArray[np.bool_] | None = None,
     ) -> None:
         self._rays, self._reach, self._seen, self._short = shadow_rays, reach, seen, short
         self.count = 0
+        self._buried = buried
         self.sides = self._lit_sides()
-        if hidden is not None:
-            self.sides[hidden.take(seen.number) & seen.hit] = 0
 
     def _lit_sides(self) -> NDArray[np.int8]:
         start, normal = self._seen.starts, self._seen.shaded
@@ -79,6 +78,8 @@ class FirstRays:
             is_open[part] = ~self._rays.blocked(start[:, part].T, (way / length).T, limit)
 
         in_parts(work, len(pixel), _PART)
+        if self._buried is not None:
+            is_open &= ~self._buried.take(self._seen.number.ravel().take(pixel))
         self.count += len(pixel)
         return is_open
 

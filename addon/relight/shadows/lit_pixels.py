@@ -40,13 +40,6 @@ class LitPixels:
         sides.ravel()[self.pixel] = self.side
         return sides
 
-    def without(self, hidden: NDArray[np.bool_] | None) -> LitPixels:
-        """Those of receivers that are not hidden (M,); None hides none."""
-        if hidden is None:
-            return self
-        some = np.flatnonzero(~hidden.take(self.number))
-        return LitPixels(self.size, self.pixel[some], self.number[some], self.side[some])
-
     def rows(self, pixel: NDArray[np.int64]) -> NDArray[np.int64]:
         """(R,) which of the N some lit pixels (R,) of the layer are."""
         return np.searchsorted(self.pixel, pixel)

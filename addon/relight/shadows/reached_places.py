@@ -102,7 +102,10 @@ class ReachedPlaces:
         length = np.linalg.norm(way[:, :3], axis=1)
         limit = np.full(len(way), np.inf) if light.type == "SUN" else length * (1.0 - _SHORT)
         direction = way[:, :3] / np.where(length > 0.0, length, 1.0)[:, None]
-        return ~shadow_rays(scene, casters).blocked(start.T, direction, limit)
+        rays = shadow_rays(scene, casters)
+        free = ~rays.blocked(start.T, direction, limit)
+        buried = rays.buried.of(receivers)
+        return free if buried is None else free & ~buried[number]
 
     def _receivers(self, scene: LocalScene) -> Receivers:
         if self._found is None or self._found[0] is not scene:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -17,7 +17,7 @@ from ...corrmap.surface_buffer import SurfaceBuffer
 from ...glsl.shader import read_texture
 from .even_places import lies_between
 from .flat_places import REACH, flat_steps
-from .shadow_rays import LIFT
+from .shadow_rays import LIFT, ShadowRays
 from .terminator import SmoothReceivers
 from .vectors import dot
 
@@ -94,6 +94,7 @@ class SeenReceivers:
     smooth: SmoothReceivers
     number: NDArray[np.int32]
     hit: NDArray[np.bool_]
+    _buried: dict[int, NDArray[np.bool_] | None] = field(default_factory=dict)
 
     @classmethod
     def of(cls, surface: SurfaceBuffer, scene: LocalScene) -> SeenReceivers:
@@ -143,6 +144,13 @@ class SeenReceivers:
     def steps(self) -> NDArray[np.float32]:
         """(2, 3, N) see `flat_steps`; found when it is first asked for."""
         return flat_steps(self.receivers, self.hit, self.surface.picture_height)
+
+    def buried(self, rays: ShadowRays) -> NDArray[np.bool_] | None:
+        """(N,) which receivers none of some rays leaves; None for none. Found once for the same
+        rays, which must last as long as this."""
+        if id(rays) not in self._buried:
+            self._buried[id(rays)] = rays.buried.of(self.receivers)
+        return self._buried[id(rays)]
 
     @property
     def around(self) -> NDArray[np.float64] | None:

@@ -3,18 +3,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...corrmap.local_scene import LocalScene, digest
-from .buried import buried
+from .buried import BuriedPlaces
 from .cutout_alpha import CutoutAlpha
 from .sheer_light import SheerLight
-
-if TYPE_CHECKING:
-    from .receivers import Receivers
 
 # What embree makes of a triangle's plane is off by some roundings of the largest vector from the
 # ray's origin to its corners: one of each corner's difference to the origin, and about four more
@@ -53,7 +50,7 @@ class ShadowRays:
         self._sheer = scene.mesh(casters & sheer) if sheer.any() else None
         self._light = SheerLight(self._geometry)
         solid = casters & ~mixed & ~away & ~sheer
-        self._scene, self._stoppers = scene, solid
+        self._scene, self._solid_casters = scene, solid
         self._solid = scene.mesh(solid)
         self._masked = scene.mesh(casters & mixed)
         self._alpha = CutoutAlpha(self._geometry)
@@ -94,10 +91,12 @@ class ShadowRays:
         result[active] = 0.0
         return result
 
-    def buried(self, receivers: Receivers) -> NDArray[np.bool_] | None:
-        """(N,) which receivers lie in a triangle that stops rays, so that none leaves them; None
-        where no one does."""
-        return buried(self._scene, self._stoppers, receivers)
+    @cached_property
+    def buried(self) -> BuriedPlaces:
+        """Places in opaque triangles that stop rays, which no ray leaves but those that start
+        above their triangle for the terminator's sake. Those in cut-out and sheer ones are not
+        told."""
+        return BuriedPlaces(self._scene, self._solid_casters)
 
     def blocked(
         self,

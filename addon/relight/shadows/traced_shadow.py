@@ -168,14 +168,12 @@ class TracedShadowPass:
         plain = PlainReach.of(light, sample, surface.origin) if objects is None else None
         stops = shadow_rays(self.local_scene(surface.origin), casters)
         # Of a shadow that is moved, only the light itself tells what it shines on.
-        is_moved = any(light.controls.shadow.offset)
-        tells_side = seen.smooth.any and not is_moved
-        # Rays of a shadow that is moved start elsewhere.
-        hidden = None if is_moved else stops.buried(seen.receivers)
+        tells_side = seen.smooth.any and not any(light.controls.shadow.offset)
+        buried = seen.buried(stops)
         is_point, is_whole = len(sample.spots) == 0, surface.picture_height is None and stride == 1
         sparse = sparse and is_point and is_whole and not stops.dims
         if sparse and plain is not None and sample.emitter is None:
-            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT, hidden)
+            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT, buried)
             known = look_sparsely(first.reach, first.sides, seen.even)
             return _of_known(known, first.count, tells_side=tells_side)
         if plain is not None:
@@ -184,8 +182,7 @@ class TracedShadowPass:
             is_smooth = seen.smooth.any
             reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
             lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
-        lit = lit.without(hidden)
-        rays = _Rays(stops, light, sample, seen=seen, lit=lit)
+        rays = _Rays(stops, light, sample, seen=seen, lit=lit, buried=buried)
         if sparse:
             known = look_sparsely(
                 lambda pixel: rays.reach_point(lit.rows(pixel)), lit.sides(), seen.even
@@ -268,6 +265,7 @@ class _Rays:
         sample: its point or cell.
         seen: the sample of the view.
         lit: the pixels.
+        buried: (M,) which of the sample's receivers no ray leaves; None for none.
     """
 
     def __init__(
@@ -278,9 +276,10 @@ class _Rays:
         *,
         seen: SeenReceivers,
         lit: LitPixels,
+        buried: NDArray[np.bool_] | None,
     ) -> None:
         self._rays, self._light, self._sample = shadow_rays, light, sample
-        self._seen, self._lit = seen, lit
+        self._seen, self._lit, self._buried = seen, lit, buried
         self.count = 0
         # What came through sheer surfaces along open rays, and how many these were.
         self._through = np.zeros((len(lit.number), 3)) if shadow_rays.dims else None
@@ -394,6 +393,10 @@ class _Rays:
             start, way = aim(part)
             some = slice(None) if chosen is None else np.flatnonzero(chosen[part])
             found, dimmed = self._meets_nothing(start[:, some], way[:, some])
+            if self._buried is not None:
+                leaves = ~self._buried.take(self._lit.number[rows[part][some]])
+                found &= leaves
+                dimmed = None if dimmed is None else dimmed * leaves[:, None]
             is_open[part][some] = found
             if through is not None and dimmed is not None:
                 through[part][some] = dimmed

@@ -22,9 +22,8 @@ class EnvironmentRays:
     def __init__(self, scene: LocalScene) -> None:
         self.scene = scene
         self._rays = shadow_rays(scene)
-        # What the last sample sees, and which of it no ray leaves.
+        # What the last sample sees.
         self._seen: SeenReceivers | None = None
-        self._buried: NDArray[np.bool_] | None = None
 
     def open_share(self, surface: SurfaceBuffer, rays: NDArray[np.float32]) -> NDArray[np.float32]:
         """(H, W), or (H, W, 3) where sheer surfaces cast shadows: 1 where a ray meets nothing, what
@@ -37,7 +36,6 @@ class EnvironmentRays:
         """
         if self._seen is None or self._seen.surface is not surface:
             self._seen = SeenReceivers.of(surface, self.scene)
-            self._buried = self._rays.buried(self._seen.receivers)
         seen = self._seen
         sent = (rays[..., 3] > 0.0) & seen.hit
         some, receivers = seen.number[sent], seen.receivers
@@ -46,8 +44,9 @@ class EnvironmentRays:
         toward /= np.linalg.norm(toward, axis=1, keepdims=True)
         endless = np.full(len(toward), np.inf)
         is_open = ~self._rays.blocked(start.T, toward, endless)
-        if self._buried is not None:
-            is_open &= ~self._buried.take(some)
+        buried = seen.buried(self._rays)
+        if buried is not None:
+            is_open &= ~buried.take(some)
         if not self._rays.dims:
             result = np.zeros(sent.shape, dtype=np.float32)
             result[sent] = is_open

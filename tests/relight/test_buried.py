@@ -42,8 +42,8 @@ def buried(
     scene: LocalScene, receivers: Receivers, casters: list[int] | None = None
 ) -> NDArray[np.bool_]:
     stops = None if casters is None else np.isin(np.arange(len(scene.geometry)), casters)
-    found = ShadowRays(scene, stops).buried.of(receivers)
-    return np.zeros(len(receivers.triangle), dtype=np.bool_) if found is None else found
+    number = np.arange(len(receivers.triangle))[::-1]
+    return ShadowRays(scene, stops).buried.of(receivers, number)[::-1]
 
 
 @pytest.mark.parametrize("casters", [FLOOR, PLATE, FLOOR + PLATE, []])

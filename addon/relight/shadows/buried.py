@@ -19,6 +19,9 @@ if TYPE_CHECKING:
 class BuriedPlaces:
     """Finds them among a scene's triangles.
 
+    Attributes:
+        exist: whether there can be any.
+
     Args:
         scene: the triangles.
         stoppers: (T,) which of them stop all light.
@@ -28,7 +31,8 @@ class BuriedPlaces:
         known = scene.coincident
         some = stoppers[known.triangles]
         self._owner = known.triangles[some]
-        if not len(self._owner):
+        self.exist = len(self._owner) > 0
+        if not self.exist:
             return
         self._plane = np.full(len(stoppers) + 1, -1, dtype=np.int64)
         self._axis = np.zeros(len(stoppers) + 1, dtype=np.int64)
@@ -38,21 +42,21 @@ class BuriedPlaces:
         self._corners = in_plane(corners, known.axis[some])
         self._cells = PlaneCells(known.plane[some], self._corners)
 
-    def of(self, receivers: Receivers) -> NDArray[np.bool_] | None:
-        """(N,) which receivers they are; None for none."""
-        if not len(self._owner):
-            return None
-        plane = self._plane.take(receivers.triangle, mode="wrap")
-        number = np.flatnonzero(plane >= 0)
-        triangle = receivers.triangle[number]
-        place = in_plane(receivers.place[:, number].T, self._axis[triangle])
+    def of(self, receivers: Receivers, number: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """(R,) whether some of the receivers (R,) are such places."""
+        found = np.zeros(len(number), dtype=np.bool_)
+        if not self.exist:
+            return found
+        plane = self._plane.take(receivers.triangle.take(number), mode="wrap")
+        row = np.flatnonzero(plane >= 0)
+        triangle = receivers.triangle.take(number[row])
+        place = in_plane(receivers.place.take(number[row], axis=1).T, self._axis.take(triangle))
         at = np.ascontiguousarray(place.T)
-        found = np.zeros(len(plane), dtype=np.bool_)
-        for a, b in self._cells.near(plane[number], at, at):
+        for a, b in self._cells.near(plane[row], at, at):
             other = self._owner.take(b) != triangle.take(a)
             holds = _holds(self._corners[b[other]], place[a[other]])
-            found[number[a[other][holds]]] = True
-        return found if found.any() else None
+            found[row[a[other][holds]]] = True
+        return found
 
 
 def _holds(corners: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.bool_]:

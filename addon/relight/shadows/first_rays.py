@@ -31,20 +31,13 @@ class FirstRays:
         reach: of the point.
         seen: the sample of the view.
         short: the share of its length by which a ray ends before the point.
-        buried: (N,) which of its receivers no ray leaves; None for none.
     """
 
     def __init__(
-        self,
-        shadow_rays: ShadowRays,
-        reach: PlainReach,
-        seen: SeenReceivers,
-        short: float,
-        buried: NDArray[np.bool_] | None = None,
+        self, shadow_rays: ShadowRays, reach: PlainReach, seen: SeenReceivers, short: float
     ) -> None:
         self._rays, self._reach, self._seen, self._short = shadow_rays, reach, seen, short
         self.count = 0
-        self._buried = buried
         self.sides = self._lit_sides()
 
     def _lit_sides(self) -> NDArray[np.int8]:
@@ -78,8 +71,9 @@ class FirstRays:
             is_open[part] = ~self._rays.blocked(start[:, part].T, (way / length).T, limit)
 
         in_parts(work, len(pixel), _PART)
-        if self._buried is not None:
-            is_open &= ~self._buried.take(self._seen.number.ravel().take(pixel))
+        free = np.flatnonzero(is_open)
+        number = self._seen.number.ravel().take(pixel[free])
+        is_open[free] = ~self._seen.buried(self._rays, number)
         self.count += len(pixel)
         return is_open
 

@@ -103,9 +103,8 @@ class ReachedPlaces:
         limit = np.full(len(way), np.inf) if light.type == "SUN" else length * (1.0 - _SHORT)
         direction = way[:, :3] / np.where(length > 0.0, length, 1.0)[:, None]
         rays = shadow_rays(scene, casters)
-        free = ~rays.blocked(start.T, direction, limit)
-        buried = rays.buried.of(receivers)
-        return free if buried is None else free & ~buried[number]
+        is_open = ~rays.blocked(start.T, direction, limit)
+        return is_open & ~rays.buried.of(receivers, number)
 
     def _receivers(self, scene: LocalScene) -> Receivers:
         if self._found is None or self._found[0] is not scene:

@@ -29,6 +29,9 @@ _SAME_NORMAL = 0.99
 # Of a float32 near a plane for the place on it.
 _ROUNDED_UP = 1.0 + 1e-6
 
+# What is kept of a receiver of which nobody asked whether it is buried.
+_UNKNOWN = -1
+
 # Receivers at once: what numpy makes of them stays in the processor's cache.
 _PART = 1 << 14
 
@@ -94,7 +97,7 @@ class SeenReceivers:
     smooth: SmoothReceivers
     number: NDArray[np.int32]
     hit: NDArray[np.bool_]
-    _buried: dict[int, NDArray[np.bool_] | None] = field(default_factory=dict)
+    _buried: dict[int, NDArray[np.int8]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, surface: SurfaceBuffer, scene: LocalScene) -> SeenReceivers:
@@ -145,12 +148,19 @@ class SeenReceivers:
         """(2, 3, N) see `flat_steps`; found when it is first asked for."""
         return flat_steps(self.receivers, self.hit, self.surface.picture_height)
 
-    def buried(self, rays: ShadowRays) -> NDArray[np.bool_] | None:
-        """(N,) which receivers none of some rays leaves; None for none. Found once for the same
-        rays, which must last as long as this."""
+    def buried(self, rays: ShadowRays, number: NDArray[np.integer]) -> NDArray[np.bool_]:
+        """(R,) whether some of the receivers (R,) are places that none of some rays leaves. Found
+        once for each receiver and the same rays, which must last as long as this."""
+        if not rays.buried.exist:
+            return np.zeros(len(number), dtype=np.bool_)
         if id(rays) not in self._buried:
-            self._buried[id(rays)] = rays.buried.of(self.receivers)
-        return self._buried[id(rays)]
+            nothing = np.full(len(self.receivers.triangle), _UNKNOWN, dtype=np.int8)
+            # Several threads ask.
+            self._buried.setdefault(id(rays), nothing)
+        known = self._buried[id(rays)]
+        new = np.unique(number[known.take(number) == _UNKNOWN])
+        known[new] = rays.buried.of(self.receivers, new)
+        return known.take(number) == 1
 
     @property
     def around(self) -> NDArray[np.float64] | None:

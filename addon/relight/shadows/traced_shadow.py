@@ -169,11 +169,10 @@ class TracedShadowPass:
         stops = shadow_rays(self.local_scene(surface.origin), casters)
         # Of a shadow that is moved, only the light itself tells what it shines on.
         tells_side = seen.smooth.any and not any(light.controls.shadow.offset)
-        buried = seen.buried(stops)
         is_point, is_whole = len(sample.spots) == 0, surface.picture_height is None and stride == 1
         sparse = sparse and is_point and is_whole and not stops.dims
         if sparse and plain is not None and sample.emitter is None:
-            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT, buried)
+            first = FirstRays(stops, plain, seen, _SHORT_OF_LIGHT)
             known = look_sparsely(first.reach, first.sides, seen.even)
             return _of_known(known, first.count, tells_side=tells_side)
         if plain is not None:
@@ -182,7 +181,7 @@ class TracedShadowPass:
             is_smooth = seen.smooth.any
             reach = self._reach.draw(surface, light, sample, stride, objects, both_sides=is_smooth)
             lit = lit_pixels(seen, reach, stride, by_normals=is_smooth)
-        rays = _Rays(stops, light, sample, seen=seen, lit=lit, buried=buried)
+        rays = _Rays(stops, light, sample, seen=seen, lit=lit)
         if sparse:
             known = look_sparsely(
                 lambda pixel: rays.reach_point(lit.rows(pixel)), lit.sides(), seen.even
@@ -265,7 +264,6 @@ class _Rays:
         sample: its point or cell.
         seen: the sample of the view.
         lit: the pixels.
-        buried: (M,) which of the sample's receivers no ray leaves; None for none.
     """
 
     def __init__(
@@ -276,10 +274,9 @@ class _Rays:
         *,
         seen: SeenReceivers,
         lit: LitPixels,
-        buried: NDArray[np.bool_] | None,
     ) -> None:
         self._rays, self._light, self._sample = shadow_rays, light, sample
-        self._seen, self._lit, self._buried = seen, lit, buried
+        self._seen, self._lit = seen, lit
         self.count = 0
         # What came through sheer surfaces along open rays, and how many these were.
         self._through = np.zeros((len(lit.number), 3)) if shadow_rays.dims else None
@@ -393,13 +390,12 @@ class _Rays:
             start, way = aim(part)
             some = slice(None) if chosen is None else np.flatnonzero(chosen[part])
             found, dimmed = self._meets_nothing(start[:, some], way[:, some])
-            if self._buried is not None:
-                leaves = ~self._buried.take(self._lit.number[rows[part][some]])
-                found &= leaves
-                dimmed = None if dimmed is None else dimmed * leaves[:, None]
+            free = np.flatnonzero(found)
+            number = self._lit.number.take(rows[part][some][free])
+            found[free] = ~self._seen.buried(self._rays, number)
             is_open[part][some] = found
             if through is not None and dimmed is not None:
-                through[part][some] = dimmed
+                through[part][some] = dimmed * found[:, None]
 
         in_parts(work, count, _PART)
         if through is not None and self._through is not None:

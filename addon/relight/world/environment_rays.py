@@ -44,9 +44,8 @@ class EnvironmentRays:
         toward /= np.linalg.norm(toward, axis=1, keepdims=True)
         endless = np.full(len(toward), np.inf)
         is_open = ~self._rays.blocked(start.T, toward, endless)
-        buried = seen.buried(self._rays)
-        if buried is not None:
-            is_open &= ~buried.take(some)
+        free = np.flatnonzero(is_open)
+        is_open[free] = ~seen.buried(self._rays, some[free])
         if not self._rays.dims:
             result = np.zeros(sent.shape, dtype=np.float32)
             result[sent] = is_open

@@ -71,9 +71,7 @@ class FirstRays:
             is_open[part] = ~self._rays.blocked(start[:, part].T, (way / length).T, limit)
 
         in_parts(work, len(pixel), _PART)
-        free = np.flatnonzero(is_open)
-        number = self._seen.number.ravel().take(pixel[free])
-        is_open[free] = ~self._seen.buried(self._rays, number)
+        self._seen.close_buried(self._rays, self._seen.number.ravel().take(pixel), is_open)
         self.count += len(pixel)
         return is_open
 

@@ -148,11 +148,21 @@ class SeenReceivers:
         """(2, 3, N) see `flat_steps`; found when it is first asked for."""
         return flat_steps(self.receivers, self.hit, self.surface.picture_height)
 
-    def buried(self, rays: ShadowRays, number: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """(R,) whether some of the receivers (R,) are places that none of some rays leaves. Found
-        once for each receiver and the same rays, which must last as long as this."""
+    def close_buried(
+        self, rays: ShadowRays, number: NDArray[np.integer], is_open: NDArray[np.bool_]
+    ) -> None:
+        """Of rays that are open (R,), close those from places that none leaves. Which these are is
+        found once for each receiver and the same rays, which must last as long as this.
+
+        Args:
+            rays: what stops them.
+            number: (R,) the receivers that they leave.
+            is_open: (R,) is changed.
+        """
         if not rays.buried.exist:
-            return np.zeros(len(number), dtype=np.bool_)
+            return
+        free = np.flatnonzero(is_open)
+        number = number.take(free)
         if id(rays) not in self._buried:
             nothing = np.full(len(self.receivers.triangle), _UNKNOWN, dtype=np.int8)
             # Several threads ask.
@@ -160,7 +170,7 @@ class SeenReceivers:
         known = self._buried[id(rays)]
         new = np.unique(number[known.take(number) == _UNKNOWN])
         known[new] = rays.buried.of(self.receivers, new)
-        return known.take(number) == 1
+        is_open[free] = known.take(number) == 0
 
     @property
     def around(self) -> NDArray[np.float64] | None:

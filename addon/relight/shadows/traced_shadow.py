@@ -390,9 +390,7 @@ class _Rays:
             start, way = aim(part)
             some = slice(None) if chosen is None else np.flatnonzero(chosen[part])
             found, dimmed = self._meets_nothing(start[:, some], way[:, some])
-            free = np.flatnonzero(found)
-            number = self._lit.number.take(rows[part][some][free])
-            found[free] = ~self._seen.buried(self._rays, number)
+            self._seen.close_buried(self._rays, self._lit.number[rows[part][some]], found)
             is_open[part][some] = found
             if through is not None and dimmed is not None:
                 through[part][some] = dimmed * found[:, None]

@@ -44,8 +44,7 @@ class EnvironmentRays:
         toward /= np.linalg.norm(toward, axis=1, keepdims=True)
         endless = np.full(len(toward), np.inf)
         is_open = ~self._rays.blocked(start.T, toward, endless)
-        free = np.flatnonzero(is_open)
-        is_open[free] = ~seen.buried(self._rays, some[free])
+        seen.close_buried(self._rays, some, is_open)
         if not self._rays.dims:
             result = np.zeros(sent.shape, dtype=np.float32)
             result[sent] = is_open

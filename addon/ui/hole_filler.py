@@ -89,8 +89,10 @@ class HoleFiller:
             return
         self._asked = scene.relume.sharpen_views
         points = lacking_points(scene, opened.session)
-        cameras = () if points is None else hole_cameras(view, points)
-        if points is not None and cameras:
+        if points is None:
+            return
+        cameras = hole_cameras(view, points)
+        if cameras:
             self._label = label(points).lower()
             self._wanted = (scene.session_uid, opened.folder, cameras)
             call_later(self._timer, 0.0)

@@ -196,6 +196,7 @@ def test_a_camera_at_the_view_sharpens_what_is_soft(gpu_context: None) -> None:
     sampler.set_added(baked([camera]))
     sampler.set_view(view)
     assert sampler.hole_points(and_soft=True).soft_fraction == 0.0
+    assert hole_cameras(view, sampler.hole_points(and_soft=True)) == ()
     # A hole is not soft too.
     half = sampler_of(setup, baked([coarse]), 1 << 30)
     assert isinstance(half, SurfaceSampler)
@@ -204,7 +205,6 @@ def test_a_camera_at_the_view_sharpens_what_is_soft(gpu_context: None) -> None:
     assert open_points.is_hole[right].any()
     assert open_points.is_soft is not None
     assert not (open_points.is_soft & open_points.is_hole).any()
-    assert hole_cameras(view, sampler.hole_points(and_soft=True)) == ()
 
 
 def test_neighbours_of_the_same_material_beside_the_surface_fill_small_holes(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from addon.scene.frame_across import frame_across
 
 from .bsdf import Lobe, dot
-from .normal_bend import widened
+from .normal_bend import bend_of_lobe, straighten
 
 Array = NDArray[np.float64]
 
@@ -52,40 +52,43 @@ class HalfVector:
 def is_point(lobe: Lobe, cells: Cells) -> NDArray[np.bool_]:
     """(H, W) where the cell is small beside the lobe, or the lobe is Phong's."""
     small = cells.angular_sq < SMALL_CELL_SQ * np.maximum(lobe.roughness**4, 2e-10)
-    bent = _frame(lobe)[4].any(axis=-1)
+    bent = _frame(lobe)[3].any(axis=-1)
     return np.asarray((small & ~bent) | (lobe.distribution == 4.0))
 
 
 def half_alphas(lobe: Lobe) -> Array:
-    """(H, W, 2) the lobe's alpha along its axes."""
-    return np.stack(_frame(lobe)[2:4], axis=-1)
+    """(H, W, 2) the lobe's alpha along its axes, in its middle, with what normals turn."""
+    _, _, alphas, bend = _frame(lobe)
+    return alphas * np.where(_is_ggx(lobe), np.sqrt(1.0 + bend), 1.0)
 
 
 def half_slopes(lobe: Lobe, ways: Array) -> tuple[Array, Array]:
-    """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), and
-    the cosines (H, W, S) of the ways with the lobe's normal."""
-    X, Y, ax, ay, _ = _frame(lobe)
+    """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), where
+    they would be in a lobe of even normals, and the cosines (H, W, S) of the ways with its normal.
+    """
+    X, Y, alphas, bend = _frame(lobe)
     directions = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
     H = directions + lobe.V[..., None, :]
     x, y, z = (np.einsum("hwsi,hwi->hws", H, axis) for axis in (X, Y, lobe.N_specular))
-    slopes = np.stack([x / ax[..., None], y / ay[..., None]], axis=-1) / z[..., None]
+    slopes = np.stack([x, y], axis=-1) / z[..., None] / alphas[..., None, :]
+    even = straighten(slopes, bend[..., None, :])
+    slopes = np.where(_is_ggx(lobe)[..., None, :], even, slopes)
     return slopes, np.einsum("hwsi,hwi->hws", directions, lobe.N_specular)
 
 
 def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     """The centre of what the cell's slopes weigh in the lobe."""
     N, V = lobe.N_specular, lobe.V
-    X, Y, ax, ay, bent = _frame(lobe)
+    X, Y, alphas, bend = _frame(lobe)
     directions, kept = _above(cells.corners, N)
-    H = directions / np.linalg.norm(directions, axis=-1, keepdims=True) + V[..., None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
-        scaled = [np.einsum("hwci,hwi->hwc", H, axis) for axis in (X, Y, N)]
-        slopes = [scaled[i] / scaled[2] / a[..., None] for i, a in ((0, ax), (1, ay))]
-    s = np.stack(slopes, axis=-1)
-    s = np.where(kept[..., None], s, 0.0)
-    mass, centre = _mass(lobe, s, kept, np.stack([ax, ay], axis=-1))
-    slope = centre * np.stack([ax, ay], axis=-1)
-    H, N = (N + a[..., :1] * X + a[..., 1:] * Y for a in (slope, bent * slope))
+        s = half_slopes(lobe, directions)[0]
+    mass, centre = _mass(lobe, np.where(kept[..., None], s, 0.0), kept, alphas)
+    # Of Gaussians added up, each has its share of all their slopes.
+    grown = bend / (1.0 + np.sum(centre**2, axis=-1, keepdims=True))
+    grown = np.where(_is_ggx(lobe), grown, 0.5 * bend)
+    slope = centre * alphas * np.where(_is_ggx(lobe), np.sqrt(1.0 + grown), 1.0)
+    H, N = (N + a[..., :1] * X + a[..., 1:] * Y for a in (slope, grown / (1.0 + grown) * slope))
     H /= np.linalg.norm(H, axis=-1, keepdims=True)
     N /= np.linalg.norm(N, axis=-1, keepdims=True)
     LoH = dot(V, H)
@@ -103,7 +106,13 @@ def _frame(lobe: Lobe) -> tuple[Array, ...]:
     Y = np.where(turned, Y / np.where(length > 0.0, length, 1.0), any_frame[..., 3:])
     X = np.where(turned, np.cross(Y, N), any_frame[..., :3])
     aspect = np.where(turned[..., 0], lobe.aspect, 1.0)
-    return widened(X, Y, alpha / aspect, alpha * aspect, lobe.bend)
+    X, Y, alphas, bend = bend_of_lobe(X, Y, alpha / aspect, alpha * aspect, lobe.bend)
+    return X, Y, alphas * np.where(_is_ggx(lobe), 1.0, np.sqrt(1.0 + 0.5 * bend)), bend
+
+
+def _is_ggx(lobe: Lobe) -> NDArray[np.bool_]:
+    """(H, W, 1)."""
+    return np.asarray(lobe.distribution <= 1.5)[..., None]
 
 
 def _above(corners: Array, N: Array) -> tuple[Array, NDArray[np.bool_]]:

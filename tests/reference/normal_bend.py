@@ -13,7 +13,7 @@ from .shading_normal import shading_normals
 
 Array = NDArray[np.float64]
 
-LEAST_BEND, LONGEST, FARTHEST = 0.01, 20.0, 30.0
+LEAST_BEND, LONGEST, FARTHEST = 0.005, 20.0, 30.0
 
 
 def bend_covariance(
@@ -61,9 +61,9 @@ def bend_covariance(
     return np.asarray(turn @ seen @ np.swapaxes(turn, 1, 2))
 
 
-def widened(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple[Array, ...]:
-    """A lobe's frame and alphas with how normals turn (H, W, 4), as `surface_bend` has it: new axes
-    X and Y (H, W, 3), alphas (H, W), and the share of their squares that is the bend's."""
+def bend_of_lobe(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple[Array, ...]:
+    """A lobe's frame and alphas along the axes of how normals turn (H, W, 4), as `surface_bend` has
+    it: X and Y (H, W, 3), alphas (H, W, 2), and 4 variances of normals over their squares."""
     frame = np.stack([X, Y], axis=-1)
     d = np.einsum("...i,...ij->...j", bend[..., :3], frame)
     size = np.linalg.norm(d, axis=-1, keepdims=True)
@@ -78,12 +78,20 @@ def widened(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple[Arra
     before = np.einsum("...ji,...jk,...ki->...i", axes, own, axes)
     bent = np.sum(bend[..., :3] ** 2, axis=-1) > LEAST_BEND * np.minimum(ax, ay) ** 2
     turned = frame @ axes
-    new = np.sqrt(variance)
-    share = np.maximum(1.0 - before / variance, 0.0)
     return (
         np.where(bent[..., None], turned[..., 0], X),
         np.where(bent[..., None], turned[..., 1], Y),
-        np.where(bent, new[..., 0], ax),
-        np.where(bent, new[..., 1], ay),
-        np.where(bent[..., None], share, 0.0),
+        np.where(bent[..., None], np.sqrt(before), np.stack([ax, ay], axis=-1)),
+        np.where(bent[..., None], 2.0 * np.maximum(variance / before - 1.0, 0.0), 0.0),
     )
+
+
+def straighten(slope: Array, bend: Array) -> Array:
+    """q (..., 2) of slopes over alpha, for which s = q sqrt(1 + bend / (1 + |q|^2)): by bisection."""
+    low, high = np.zeros(slope.shape[:-1]), np.sum(slope**2, axis=-1)
+    for _ in range(200):
+        u = 0.5 * (low + high)
+        found = np.sum(slope**2 * (1.0 + u[..., None]) / (1.0 + u[..., None] + bend), axis=-1)
+        low, high = np.where(found > u, u, low), np.where(found > u, high, u)
+    u = (0.5 * (low + high))[..., None]
+    return slope * np.sqrt((1.0 + u) / (1.0 + u + bend))

@@ -77,7 +77,7 @@ def test_few_samples_find_the_highlight(monkeypatch: pytest.MonkeyPatch) -> None
         patch.setattr("addon.corrmap.bent_surfaces.BentSurfaces.of", lambda *_: None)
         plain = rendered(geometry, 16, 64)
     assert want.max() > 5.0 * np.median(want)
-    # A quarter of it as measured.
-    assert error(got, want) < 0.4 * error(plain, want)
+    # A twelfth of it as measured; a ninth with one wide lobe of GGX.
+    assert error(got, want) < 0.1 * error(plain, want)
     # All of the light is there.
     assert got.mean() == pytest.approx(want.mean(), rel=0.02)

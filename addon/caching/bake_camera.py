@@ -122,13 +122,10 @@ def _picture(
         np.copyto(values, np.float32(0.0), where=nothing)
     _check_finite(channels, materials, camera)
     if "ambient_occlusion" in channels:
+        share, surface = channels["ambient_occlusion"], (channels["depth"], channels["normal"])
         if not stage.measures_sky:
-            channels["ambient_occlusion"] = without_edge_hits(
-                channels["ambient_occlusion"], channels["depth"]
-            )
-        channels["ambient_occlusion"] = smooth_occlusion(
-            camera, channels["ambient_occlusion"], channels["depth"], channels["normal"]
-        )
+            share = without_edge_hits(camera, share, *surface)
+        channels["ambient_occlusion"] = smooth_occlusion(camera, share, *surface)
     return DeepFramebuffer(camera, channels)
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
+from scipy.ndimage import maximum_filter
 
 from ..camplace.camera import CachingCamera
 
@@ -31,6 +31,9 @@ _NORMALS_AGREE = float(np.cos(np.radians(25.0)))
 
 # Where so much is open, four rays are all blocked by chance once in 600 times.
 _NEARLY_OPEN = np.float32(0.8)
+
+# Rows and columns from a texel to its eight neighbours.
+_AROUND = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
 
 
 def smooth_occlusion(
@@ -51,8 +54,7 @@ def smooth_occlusion(
         (R, R, 1) float32 in [0, 1]; unchanged where nothing is hit.
     """
     place = _places(camera, depth[..., 0])
-    rotation = camera.world_from_camera[:3, :3].astype(np.float32)
-    facing = np.ascontiguousarray(np.moveaxis(normal @ rotation, -1, 0))
+    facing = _facing(camera, normal)
     hit = depth[..., 0] > 0.0
     values = np.ascontiguousarray(occlusion[..., 0])
     for step in _STEPS:
@@ -62,28 +64,49 @@ def smooth_occlusion(
 
 
 def without_edge_hits(
-    occlusion: NDArray[np.float32], depth: NDArray[np.float32]
+    camera: CachingCamera,
+    occlusion: NDArray[np.float32],
+    depth: NDArray[np.float32],
+    normal: NDArray[np.float32],
 ) -> NDArray[np.float32]:
     """What Cycles' Ambient Occlusion node gives on the edge between two triangles, put right.
 
     It keeps a ray from the triangle that it starts on, but not from that one's neighbour: all of
     its rays count as blocked, and the texels along an edge would be a dark line. They are told by
-    an open share of exactly 0 among texels that are nearly open, and get their mean.
+    an open share of exactly 0 beside texels of the same surface that are nearly open, and get their
+    mean.
 
     Args:
+        camera: that sees them, with resolution R.
         occlusion: (R, R, 1) of the node, each texel the mean of four rays or more.
         depth: (R, R, 1) metres, 0 where nothing is hit.
+        normal: (R, R, 3) world space, unit length where something is hit.
 
     Returns:
         (R, R, 1) float32.
     """
     values, hit = occlusion[..., 0], depth[..., 0] > 0.0
-    is_open = (hit & (values > 0.0)).astype(np.float32)
-    count = uniform_filter(is_open, 3, mode="constant")
-    total = uniform_filter(values * is_open, 3, mode="constant")
-    mean = total / np.maximum(count, np.float32(1.0 / 9.0))
-    wrong = hit & (values == 0.0) & (mean >= _NEARLY_OPEN) & (count > 1.5 / 9.0)
-    return np.where(wrong, mean, values)[..., None]
+    is_open = hit & (values > 0.0)
+    nearly = is_open & (values >= _NEARLY_OPEN)
+    row, column = np.nonzero(hit & ~is_open & maximum_filter(nearly, 3))
+    place, facing = _places(camera, depth[..., 0]), _facing(camera, normal)
+    total, count = np.zeros((2, len(row)), dtype=np.float32)
+    for down, right in _AROUND:
+        beside = row + down, column + right
+        inside = np.all([(0 <= at) & (at < len(values)) for at in beside], axis=0)
+        at = tuple(np.where(inside, number, 0) for number in beside)
+        same = _continues(
+            (place[:, row, column] - place[:, *at])[:, None],
+            facing[:, row, column][:, None],
+            facing[:, *at][:, None],
+        )[0]
+        counts = inside & is_open[at] & (same > 0.0)
+        total += counts * values[at]
+        count += counts
+    wrong = (count > 1.0) & (total >= _NEARLY_OPEN * count)
+    result = values.copy()
+    result[row[wrong], column[wrong]] = total[wrong] / count[wrong]
+    return result[..., None]
 
 
 def _places(camera: CachingCamera, depth: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -92,6 +115,12 @@ def _places(camera: CachingCamera, depth: NDArray[np.float32]) -> NDArray[np.flo
     centre = ((np.arange(size) + 0.5) / size * 2.0 - 1.0) * camera.half_extent
     along = centre.astype(np.float32)
     return np.stack([along[None, :] * depth, along[:, None] * depth, -depth])
+
+
+def _facing(camera: CachingCamera, normal: NDArray[np.float32]) -> NDArray[np.float32]:
+    """(3, R, R) camera-space normals."""
+    rotation = camera.world_from_camera[:3, :3].astype(np.float32)
+    return np.ascontiguousarray(np.moveaxis(normal @ rotation, -1, 0))
 
 
 def _blur(  # noqa: PLR0917 - one pass's arrays, in the order of `smooth_occlusion`

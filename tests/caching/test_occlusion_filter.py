@@ -101,13 +101,28 @@ def test_rays_that_began_on_an_edge_leave_no_line(
     value = np.full((SIZE, SIZE, 1), 0.9, dtype=np.float32)
     edge = value.copy()
     edge[np.arange(SIZE), np.arange(SIZE)] = 0.0
-    mended = without_edge_hits(edge, depth)
+    mended = without_edge_hits(view, edge, depth, normal)
     smooth = [smooth_occlusion(view, v, depth, normal) for v in (value, mended)]
     # A rounding of the mean of six equal numbers.
     assert np.abs(smooth[0] - smooth[1]).max() < 1e-6
     half = np.where(np.random.default_rng(1).random(value.shape) < 0.5, 0.0, 0.7)
     half = half.astype(np.float32)
-    assert (without_edge_hits(half, depth) == half).all()
+    assert (without_edge_hits(view, half, depth, normal) == half).all()
+
+
+def test_what_is_dark_before_the_sky_stays_dark(
+    corner: tuple[CachingCamera, dict[str, NDArray[np.float32]]],
+) -> None:
+    """A thing's outline has open surfaces beside it that are far behind, or that it stands on."""
+    view, channels = corner
+    depth, normal = channels["depth"], channels["normal"]
+    centre = (np.arange(SIZE) + 0.5) / SIZE
+    column, row = np.meshgrid(centre, centre)
+    place = view.unproject(np.stack([column, row, depth[..., 0].astype(np.float64)], axis=-1))
+    is_cube = (np.abs(place - (1.2, 0.9, -0.6)) < 0.2501).all(axis=-1, keepdims=True)
+    assert 0.02 < is_cube.mean() < 0.5
+    value = np.where(is_cube, 0.0, 1.0).astype(np.float32)
+    assert (without_edge_hits(view, value, depth, normal) == value).all()
 
 
 def test_cycles_leaves_no_line_on_the_diagonal_of_a_plane(tmp_path: Path) -> None:

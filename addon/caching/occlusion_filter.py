@@ -93,7 +93,7 @@ def without_edge_hits(
     total, count = np.zeros((2, len(row)), dtype=np.float32)
     for down, right in _AROUND:
         beside = row + down, column + right
-        inside = np.all([(0 <= at) & (at < len(values)) for at in beside], axis=0)
+        inside = np.all([(at >= 0) & (at < len(values)) for at in beside], axis=0)
         at = tuple(np.where(inside, number, 0) for number in beside)
         same = _continues(
             (place[:, row, column] - place[:, *at])[:, None],

@@ -87,7 +87,7 @@ def bend_of_lobe(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple
 
 
 def straighten(slope: Array, bend: Array) -> Array:
-    """q (..., 2) of slopes over alpha, for which s = q sqrt(1 + bend / (1 + |q|^2)): by bisection."""
+    """q (..., 2) of slopes over alpha: s = q sqrt(1 + bend / (1 + |q|^2)), by bisection."""
     low, high = np.zeros(slope.shape[:-1]), np.sum(slope**2, axis=-1)
     for _ in range(200):
         u = 0.5 * (low + high)

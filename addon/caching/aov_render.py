@@ -39,6 +39,9 @@ _TRANSPARENT_BOUNCES = 1024
 # Opaque surfaces end the sum of AOVs, cut-away ones do not: any value between 0 and 1 serves.
 _ALPHA_THRESHOLD = 0.5
 
+# Texels, the narrowest that Blender allows.
+_LEAST_FILTER = 0.01
+
 # The light group of the white sky, whose light is told apart from that of the scene's lights.
 _SKY = "relume_sky"
 
@@ -179,19 +182,22 @@ class Stage:
 
     def _render_sky(self, camera: CachingCamera) -> NDArray[np.float32]:
         """(R, R, 1): the light of a sky of radiance 1 on white surfaces, which is the open share
-        of the cosine-weighted hemisphere."""
+        of the cosine-weighted hemisphere. At the texels' centres, as all else: what is beside an
+        edge in a texel is another surface."""
         cycles = self._scene.cycles
         cycles.max_bounces = 1
+        cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", _LEAST_FILTER
         sky = {"sky": (f"Combined_{_SKY}", "R")}
         try:
             with self._only_aovs(()), self._sampled(self._sky_rays):
                 return np.clip(self._picture(camera, sky)["sky"], 0.0, 1.0)
         finally:
-            cycles.max_bounces = 0
+            cycles.max_bounces, cycles.pixel_filter_type = 0, "BOX"
 
     @contextmanager
     def _sampled(self, samples: int) -> Iterator[None]:
-        """So many samples of each texel, all over it but for the first, which is at its centre.
+        """So many samples of each texel, as the filter has them, but for the first, which is at its
+        centre.
 
         They are the view layer's: with persistent data, a change of the scene's alone does not
         reach Cycles.

@@ -92,16 +92,16 @@ def without_edge_hits(
     place, facing = _places(camera, depth[..., 0]), _facing(camera, normal)
     total, count = np.zeros((2, len(row)), dtype=np.float32)
     for down, right in _AROUND:
-        beside = row + down, column + right
-        inside = np.all([(at >= 0) & (at < len(values)) for at in beside], axis=0)
-        at = tuple(np.where(inside, number, 0) for number in beside)
+        r, c = row + down, column + right
+        inside = (r >= 0) & (r < len(values)) & (c >= 0) & (c < len(values))
+        r, c = np.where(inside, r, 0), np.where(inside, c, 0)
         same = _continues(
-            (place[:, row, column] - place[:, *at])[:, None],
+            (place[:, row, column] - place[:, r, c])[:, None],
             facing[:, row, column][:, None],
-            facing[:, *at][:, None],
+            facing[:, r, c][:, None],
         )[0]
-        counts = inside & is_open[at] & (same > 0.0)
-        total += counts * values[at]
+        counts = inside & is_open[r, c] & (same > 0.0)
+        total += counts * values[r, c]
         count += counts
     wrong = (count > 1.0) & (total >= _NEARLY_OPEN * count)
     result = values.copy()

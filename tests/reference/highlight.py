@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from addon.scene.frame_across import frame_across
 
 from .bsdf import Lobe, dot
-from .normal_bend import bend_of_lobe, straighten
+from .normal_bend import bend_of_lobe, growth
 
 Array = NDArray[np.float64]
 
@@ -29,11 +29,13 @@ class Cells:
         corners: (H, W, C, 3) from the pixel to the cell's corners, of any length.
         angular_sq: (H, W) squared angular radius of the cell.
         radiance: (H, W) of the cell for an intensity of 1; 0 where it can't be seen.
+        toward: (H, W, 3) unit, to its point.
     """
 
     corners: Array
     angular_sq: Array
     radiance: Array
+    toward: Array
 
 
 @dataclass(frozen=True)
@@ -52,43 +54,37 @@ class HalfVector:
 def is_point(lobe: Lobe, cells: Cells) -> NDArray[np.bool_]:
     """(H, W) where the cell is small beside the lobe, or the lobe is Phong's."""
     small = cells.angular_sq < SMALL_CELL_SQ * np.maximum(lobe.roughness**4, 2e-10)
-    bent = _frame(lobe)[3].any(axis=-1)
+    bent = _own_frame(lobe)[3].any(axis=-1)
     return np.asarray((small & ~bent) | (lobe.distribution == 4.0))
 
 
-def half_alphas(lobe: Lobe) -> Array:
-    """(H, W, 2) the lobe's alpha along its axes, in its middle, with what normals turn."""
-    _, _, alphas, bend = _frame(lobe)
-    return alphas * np.where(_is_ggx(lobe), np.sqrt(1.0 + bend), 1.0)
+def half_alphas(lobe: Lobe, cells: Cells) -> Array:
+    """(H, W, 2) the lobe's alpha along its axes, as the cell sees it."""
+    return _frame(lobe, cells).alphas
 
 
-def half_slopes(lobe: Lobe, ways: Array) -> tuple[Array, Array]:
-    """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), where
-    they would be in a lobe of even normals, and the cosines (H, W, S) of the ways with its normal.
-    """
-    X, Y, alphas, bend = _frame(lobe)
+def half_slopes(lobe: Lobe, cells: Cells, ways: Array) -> tuple[Array, Array]:
+    """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), and
+    the cosines (H, W, S) of the ways with the lobe's normal."""
+    frame = _frame(lobe, cells)
     directions = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
     H = directions + lobe.V[..., None, :]
-    x, y, z = (np.einsum("hwsi,hwi->hws", H, axis) for axis in (X, Y, lobe.N_specular))
-    slopes = np.stack([x, y], axis=-1) / z[..., None] / alphas[..., None, :]
-    even = straighten(slopes, bend[..., None, :])
-    slopes = np.where(_is_ggx(lobe)[..., None, :], even, slopes)
+    x, y, z = (np.einsum("hwsi,hwi->hws", H, a) for a in (frame.X, frame.Y, lobe.N_specular))
+    slopes = np.stack([x, y], axis=-1) / z[..., None] / frame.alphas[..., None, :]
     return slopes, np.einsum("hwsi,hwi->hws", directions, lobe.N_specular)
 
 
 def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     """The centre of what the cell's slopes weigh in the lobe."""
     N, V = lobe.N_specular, lobe.V
-    X, Y, alphas, bend = _frame(lobe)
+    frame = _frame(lobe, cells)
     directions, kept = _above(cells.corners, N)
     with np.errstate(divide="ignore", invalid="ignore"):
-        s = half_slopes(lobe, directions)[0]
-    mass, centre = _mass(lobe, np.where(kept[..., None], s, 0.0), kept, alphas)
-    # Of Gaussians added up, each has its share of all their slopes.
-    grown = bend / (1.0 + np.sum(centre**2, axis=-1, keepdims=True))
-    grown = np.where(_is_ggx(lobe), grown, 0.5 * bend)
-    slope = centre * alphas * np.where(_is_ggx(lobe), np.sqrt(1.0 + grown), 1.0)
-    H, N = (N + a[..., :1] * X + a[..., 1:] * Y for a in (slope, grown / (1.0 + grown) * slope))
+        s = half_slopes(lobe, cells, directions)[0]
+    mass, centre = _mass(lobe, np.where(kept[..., None], s, 0.0), kept, frame.alphas)
+    mass *= frame.denser
+    slope = centre * frame.alphas
+    H, N = (N + a[..., :1] * frame.X + a[..., 1:] * frame.Y for a in (slope, frame.bent * slope))
     H /= np.linalg.norm(H, axis=-1, keepdims=True)
     N /= np.linalg.norm(N, axis=-1, keepdims=True)
     LoH = dot(V, H)
@@ -96,7 +92,43 @@ def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     return HalfVector(mass, N, L, LoH, dot(N, H), dot(N, L))
 
 
-def _frame(lobe: Lobe) -> tuple[Array, ...]:
+@dataclass(frozen=True)
+class _Frame:
+    """Axes (H, W, 3) and alphas (H, W, 2) along them, which share of their squares is the bend's,
+    and what the mass is to be multiplied with for it (H, W)."""
+
+    X: Array
+    Y: Array
+    alphas: Array
+    bent: Array
+    denser: Array
+
+
+def _frame(lobe: Lobe, cells: Cells) -> _Frame:
+    """As the cell sees it."""
+    X, Y, alphas, bend = _own_frame(lobe)
+    N, V, L = lobe.N_specular, lobe.V, cells.toward
+    H = L + V
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.stack([dot(H, X), dot(H, Y)], axis=-1) / dot(H, N)[..., None]
+        H /= np.linalg.norm(H, axis=-1, keepdims=True)
+    NoH, LoH = np.maximum(dot(N, H), 1e-3), np.maximum(dot(V, H), 0.05)
+    reach = np.sqrt(cells.angular_sq / (4.0 * LoH * NoH**3))
+    size = np.maximum(np.linalg.norm(slope, axis=-1), 1e-30)
+    nearest = slope / alphas * np.maximum(1.0 - reach / size, 0.0)[..., None]
+    grown, denser = growth(nearest, bend)
+    is_ggx = lobe.distribution <= 1.5
+    grown = np.where(is_ggx[..., None], grown, 0.5 * bend)
+    return _Frame(
+        X,
+        Y,
+        alphas * np.sqrt(1.0 + grown),
+        grown / (1.0 + grown),
+        np.where(is_ggx & bend.any(axis=-1), denser, 1.0),
+    )
+
+
+def _own_frame(lobe: Lobe) -> tuple[Array, Array, Array, Array]:
     N = lobe.N_specular
     alpha = np.maximum(lobe.roughness**2, np.sqrt(2e-10))
     any_frame = np.apply_along_axis(lambda n: frame_across(n).ravel(), -1, N)
@@ -106,13 +138,7 @@ def _frame(lobe: Lobe) -> tuple[Array, ...]:
     Y = np.where(turned, Y / np.where(length > 0.0, length, 1.0), any_frame[..., 3:])
     X = np.where(turned, np.cross(Y, N), any_frame[..., :3])
     aspect = np.where(turned[..., 0], lobe.aspect, 1.0)
-    X, Y, alphas, bend = bend_of_lobe(X, Y, alpha / aspect, alpha * aspect, lobe.bend)
-    return X, Y, alphas * np.where(_is_ggx(lobe), 1.0, np.sqrt(1.0 + 0.5 * bend)), bend
-
-
-def _is_ggx(lobe: Lobe) -> NDArray[np.bool_]:
-    """(H, W, 1)."""
-    return np.asarray(lobe.distribution <= 1.5)[..., None]
+    return bend_of_lobe(X, Y, alpha / aspect, alpha * aspect, lobe.bend)
 
 
 def _above(corners: Array, N: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -137,7 +137,7 @@ def highlight_open(
     """(H, W) the share of a lobe's highlight that comes from open spots, each as the lobe, widened
     to the spot's part of the cell, sees it."""
     cells = light_cells(surface, light, sample, lobe.N_specular)
-    small = cells.angular_sq < SMALL_CELL_SQ * np.prod(half_alphas(lobe), axis=-1)
+    small = cells.angular_sq < SMALL_CELL_SQ * np.prod(half_alphas(lobe, cells), axis=-1)
     share = _highlight_mean(lobe, surface, light, sample, spots.astype(np.float64))
     return np.where(small, spots.mean(axis=-1), share)
 
@@ -149,11 +149,11 @@ def _highlight_mean(
     place = surface.position[..., :3] + surface.origin
     ways = np.stack(_ways_to_spots(light, sample, place), axis=2)
     cells = light_cells(surface, light, sample, lobe.N_specular)
-    s, NoL = half_slopes(lobe, ways)
+    s, NoL = half_slopes(lobe, cells, ways)
     L = incidence(surface, light, sample)[0]
     LoH = np.maximum(np.sqrt(np.maximum(0.5 * (1.0 + dot(L, lobe.V)), 0.0)), 0.05)
     spread = (0.125 * cells.angular_sq / values.shape[-1] / LoH)[..., None]
-    axes = half_alphas(lobe)
+    axes = half_alphas(lobe, cells)
     s_sq = np.sum((s * (axes / np.sqrt(axes**2 + spread))[..., None, :]) ** 2, axis=-1)
     gaussian = (lobe.distribution > 1.5)[..., None]
     weight = np.where(gaussian, np.exp(-s_sq), (1.0 + s_sq) ** -2.0) * (NoL > 0.0)
@@ -192,7 +192,7 @@ def light_cells(surface: Surfaces, light: Light, sample: LightSample, N: Array) 
     if sample.per_receiver:
         # Who is inside a ball sees all of it each time.
         radiance = np.where(_is_inside(light, place), radiance * share, radiance)
-    return Cells(corners, cell_sq, radiance)
+    return Cells(corners, cell_sq, radiance, L)
 
 
 def _parts(light: Light, sample: LightSample) -> int:

@@ -14,6 +14,7 @@ from .shading_normal import shading_normals
 Array = NDArray[np.float64]
 
 LEAST_BEND, LONGEST, FARTHEST = 0.005, 20.0, 30.0
+MANY_WIDTHS = 8.0
 
 
 def bend_covariance(
@@ -86,12 +87,25 @@ def bend_of_lobe(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple
     )
 
 
-def straighten(slope: Array, bend: Array) -> Array:
-    """q (..., 2) of slopes over alpha: s = q sqrt(1 + bend / (1 + |q|^2)), by bisection."""
+def beyond(slope: Array, bend: Array) -> Array:
+    """(...,) u for slopes (..., 2) over alpha, by bisection: GGX's share beyond a slope with these
+    bends (..., 2) is 1 / (1 + u)."""
     low, high = np.zeros(slope.shape[:-1]), np.sum(slope**2, axis=-1)
     for _ in range(200):
         u = 0.5 * (low + high)
         found = np.sum(slope**2 * (1.0 + u[..., None]) / (1.0 + u[..., None] + bend), axis=-1)
         low, high = np.where(found > u, u, low), np.where(found > u, high, u)
-    u = (0.5 * (low + high))[..., None]
-    return slope * np.sqrt((1.0 + u) / (1.0 + u + bend))
+    return np.asarray(0.5 * (low + high))
+
+
+def growth(slope: Array, bend: Array) -> tuple[Array, Array]:
+    """By which share of themselves the squares of alpha grow (..., 2), and what a lobe of that width
+    is to be multiplied with (...,)."""
+    u = beyond(slope, bend)[..., None]
+    grown = bend / (1.0 + u)
+    # By the determinant of how q changes with the slope.
+    q = slope / np.sqrt(1.0 + grown)
+    change = np.eye(2) - (q * grown / (1.0 + grown) / (1.0 + u))[..., None] * q[..., None, :]
+    wide = bend.max(axis=-1) ** 2 / (MANY_WIDTHS**2 + bend.max(axis=-1) ** 2)
+    denser = wide + (1.0 - wide) / np.linalg.det(change)
+    return grown + wide[..., None] * (0.5 * bend - grown), denser

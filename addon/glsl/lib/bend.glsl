@@ -16,7 +16,11 @@
  *
  * is in a lobe of alpha 1. All of q's plane is covered once, and no light is lost. With a variance of
  * less than a tenth of alpha's square the share beyond any slope is within 0.002 of the true one; with
- * a far greater one the sum is an even disk of that variance. Needs ellipse.glsl. */
+ * a far greater one the sum is an even disk of that variance.
+ *
+ * Straight edges of a cell of a light stay straight only with the same growth for all of the cell: that
+ * of its slope nearest to the lobe's middle, and the density that the sum has there. Needs
+ * ellipse.glsl. */
 
 /* As normal_bend.glsl has it, of the place that is shaded. */
 vec4 normal_bend = vec4(0.0);
@@ -24,6 +28,11 @@ vec4 normal_bend = vec4(0.0);
 /* Variances of less than this share of alpha's square change a highlight by less than the cells of
  * its light do. */
 const float LEAST_BEND = 0.005;
+
+/* Where bends are this and more, a sum of their own narrow outline is mostly noise: on a bevel of a
+ * fiftieth of a pixel one facet in four is met, and what is seen of a lamp in it is all or nothing.
+ * A lobe with GGX's tail is seen on all of them. */
+const float MANY_WIDTHS = 8.0;
 
 /* Along two axes, to which the frame is turned and alpha goes over: 4 variances of the normals over
  * alpha's square, or 0. */
@@ -47,7 +56,7 @@ vec2 bend_of_lobe(inout mat2x3 across, inout vec2 alpha)
   return 2.0 * max(wide_sq - own_sq, vec2(0.0)) / own_sq;
 }
 
-/* u for alike bends along both axes. */
+/* u for like bends along both axes. */
 float beyond_even(float slope_sq, float bend)
 {
   /* The root of u^2 + (1 + bend - s^2) u - s^2, in a form that neither cancels nor overflows. */
@@ -58,12 +67,9 @@ float beyond_even(float slope_sq, float bend)
   return middle > 0.0 ? middle + root : slope_sq / (root - middle);
 }
 
-/* q for a slope over alpha. */
-vec2 straighten(vec2 slope, vec2 bend)
+/* u for a slope over alpha. */
+float beyond(vec2 slope, vec2 bend)
 {
-  if (bend == vec2(0.0) || slope == vec2(0.0)) {
-    return slope;
-  }
   vec2 slope_sq = slope * slope;
   /* As if both axes were bent like the mean, by what each is good for in the middle of the lobe. */
   vec2 middle = slope_sq / (1.0 + bend);
@@ -76,14 +82,20 @@ vec2 straighten(vec2 slope, vec2 bend)
     float steep = 1.0 - dot(slope_sq * inner, bend * inner);
     u = steep > 1e-3 ? max(u + (next - u) / steep, 0.0) : next;
   }
-  return slope * sqrt((1.0 + u) / (1.0 + u + bend));
+  return u;
 }
 
-/* The slope over alpha of a half vector that `straighten` turns into q, and the share of it that is
- * the normal's own, by which those normals lean from the mean that have their highlight there. */
-vec2 bent_slope(vec2 q, vec2 bend, out vec2 leaning)
+/* By which share of itself alpha's square grows at a slope over alpha; and how much denser the sum is
+ * there than a lobe that is as wide everywhere. */
+vec2 growth(vec2 slope, vec2 bend, out float denser)
 {
-  vec2 grown = bend / (1.0 + dot(q, q));
-  leaning = grown / (1.0 + grown);
-  return q * sqrt(1.0 + grown);
+  float u = beyond(slope, bend);
+  vec2 grown = bend / (1.0 + u);
+  vec2 q_sq = slope * slope / (1.0 + grown);
+  denser = 1.0 / (1.0 - dot(q_sq, grown / (1.0 + grown)) / (1.0 + u));
+  /* Beyond many times its width it is the lobe as the paper widens it. */
+  float most = max(bend.x, bend.y) / MANY_WIDTHS;
+  float wide = most * most / (1.0 + most * most);
+  denser = mix(denser, 1.0, wide);
+  return mix(grown, 0.5 * bend, wide);
 }

@@ -22,14 +22,14 @@ const float TAIL_OF_CORNERS = 4.0 / 9.0;
 /* A cell that is so small beside the lobe, squared, is a disk as well: a tenth of alpha. */
 const float SMALL_CELL_SQ = 0.01;
 
-/* The lobe's frame, and its two alphas; Beckmann's and powers of a cosine have normals that turn in
- * them. */
+/* The lobe's frame, and its two alphas; those that a cell of the light sees. */
 struct Facets {
   vec3 N;
   mat2x3 across;
   vec2 alpha;
 #ifdef HAS_BENDS
-  vec2 bend; /* as bend_of_lobe, and for GGX `straighten` */
+  vec2 bent;    /* which share of alpha's square comes from normals that turn */
+  float denser; /* what the lobe's mass is to be multiplied with for it */
 #endif
 };
 
@@ -58,51 +58,38 @@ Facets own_facets(Lobe lobe, vec3 N)
   return facets;
 }
 
-Facets lobe_facets(Lobe lobe, vec3 N)
+/* The slope, over alpha, of the half vector of V and a direction of any length. */
+vec2 half_slope(Facets facets, vec3 V, vec3 toward)
+{
+  vec3 H = toward * inversesqrt(max(dot(toward, toward), 1e-30)) + V;
+  return (H * facets.across) / (facets.alpha * dot(H, facets.N));
+}
+
+Facets lobe_facets(Lobe lobe, vec3 N, vec3 V, Incidence lit)
 {
   Facets facets = own_facets(lobe, N);
 #ifdef HAS_BENDS
-  facets.bend = bend_of_lobe(facets.across, facets.alpha);
+  vec2 bend = bend_of_lobe(facets.across, facets.alpha);
+  facets.denser = 1.0;
+  vec2 grown = 0.5 * bend;
 #  ifdef HAS_DISTRIBUTION
-  if (lobe.distribution > 1.5) {
-    facets.alpha *= sqrt(1.0 + 0.5 * facets.bend);
-  }
+  if (lobe.distribution < 1.5 && bend != vec2(0.0))
+#  else
+  if (bend != vec2(0.0))
 #  endif
+  {
+    vec3 H = normalize(lit.L + V);
+    float NoH = max(dot(N, H), 1e-3);
+    /* A cell's area among slopes is less by 4 LoH NoH^3 than among directions. */
+    vec2 slope = half_slope(facets, V, lit.L);
+    float size = length(slope * facets.alpha);
+    float reach = sqrt(lit.cell_sq / (4.0 * max(dot(V, H), 0.05) * NoH * NoH * NoH));
+    grown = growth(slope * max(1.0 - reach / max(size, 1e-30), 0.0), bend, facets.denser);
+  }
+  facets.alpha *= sqrt(1.0 + grown);
+  facets.bent = grown / (1.0 + grown);
 #endif
   return facets;
-}
-
-/* The alphas of its middle, with what normals turn there. */
-vec2 middle_alphas(Lobe lobe, Facets facets)
-{
-#ifdef HAS_BENDS
-#  ifdef HAS_DISTRIBUTION
-  if (lobe.distribution > 1.5) {
-    return facets.alpha;
-  }
-#  endif
-  return facets.alpha * sqrt(1.0 + facets.bend);
-#else
-  return facets.alpha;
-#endif
-}
-
-/* The slope, over alpha, of the half vector of V and a direction of any length; of normals that turn
- * where it would be in a lobe without. */
-vec2 half_slope(Lobe lobe, Facets facets, vec3 V, vec3 toward)
-{
-  vec3 H = toward * inversesqrt(max(dot(toward, toward), 1e-30)) + V;
-  vec2 slope = (H * facets.across) / (facets.alpha * dot(H, facets.N));
-#ifdef HAS_BENDS
-#  ifdef HAS_DISTRIBUTION
-  if (lobe.distribution > 1.5) {
-    return slope;
-  }
-#  endif
-  return straighten(slope, facets.bend);
-#else
-  return slope;
-#endif
 }
 
 /* What a lobe gathers over edges: its mass (x) and first moment (yz), times 2 pi; `radial_part`s; the
@@ -197,21 +184,21 @@ vec3 cell_mass(Lobe lobe, Facets facets, vec3 V, vec3 position)
   CellSum sum = CellSum(vec3(0.0), vec3(0.0), 0.0, 0.0, vec2(0.0), 0.0);
   vec3 last = to_corner(CELL_CORNERS - 1, position, facets.N);
   float last_height = dot(facets.N, last);
-  vec2 last_slope = half_slope(lobe, facets, V, last);
+  vec2 last_slope = half_slope(facets, V, last);
   vec2 leaves = vec2(0.0);
   vec2 enters = vec2(0.0);
   bool is_cut = false;
   for (int i = 0; i < CELL_CORNERS; i++) {
     vec3 next = to_corner(i, position, facets.N);
     float height = dot(facets.N, next);
-    vec2 slope = half_slope(lobe, facets, V, next);
+    vec2 slope = half_slope(facets, V, next);
     if (height > 0.0 || last_height > 0.0) {
       vec2 from = last_slope;
       vec2 to = slope;
       if (height <= 0.0 || last_height <= 0.0) {
         /* Edges of the cell are straight, so they meet the horizon here. */
         vec3 horizon = mix(last, next, last_height / (last_height - height));
-        vec2 there = half_slope(lobe, facets, V, horizon);
+        vec2 there = half_slope(facets, V, horizon);
         if (last_height <= 0.0) {
           from = there;
           enters = there;
@@ -287,14 +274,14 @@ float highlight_share(
   /* A spot stands for its part of the cell: a disk's variance is a quarter of its squared radius, a
    * lobe's about half of alpha's square. */
   float LoH = max(dot(V, normalize(lit.L + V)), 0.05);
-  vec2 alpha = middle_alphas(lobe, facets);
-  vec2 narrower = alpha / sqrt(alpha * alpha +
-                               0.5 * lit.cell_sq / (float(CELL_SPOTS) * 4.0 * LoH));
+  vec2 wide = sqrt(facets.alpha * facets.alpha +
+                   0.5 * lit.cell_sq / (float(CELL_SPOTS) * 4.0 * LoH));
+  vec2 narrower = facets.alpha / wide;
   vec2 sum = vec2(0.0);
   for (int i = 0; i < CELL_SPOTS; i++) {
     vec3 toward = to_spot(i, position);
     if (dot(facets.N, toward) > 0.0) {
-      vec2 s = narrower * half_slope(lobe, facets, V, toward);
+      vec2 s = narrower * half_slope(facets, V, toward);
       float weight = 1.0 / (1.0 + dot(s, s));
       weight *= weight;
 #  ifdef HAS_DISTRIBUTION
@@ -328,10 +315,10 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   if (NoV <= 0.0) {
     return vec3(0.0);
   }
-  Facets facets = lobe_facets(lobe, N);
+  Facets facets = lobe_facets(lobe, N, V, lit);
   bool is_point = lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y;
 #ifdef HAS_BENDS
-  is_point = is_point && facets.bend == vec2(0.0);
+  is_point = is_point && facets.bent == vec2(0.0);
 #endif
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 3.5 && lobe.distribution < 4.5) {
@@ -347,26 +334,21 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
     return vec3(0.0);
   }
   vec3 cell = cell_mass(lobe, facets, V, position);
+#ifdef HAS_BENDS
+  cell.x *= facets.denser;
+#endif
   if (!(cell.x > 0.0)) {
     return vec3(0.0);
   }
-  vec2 slope = cell.yz;
+  vec3 H = normalize(N + facets.across * (facets.alpha * cell.yz));
 #ifdef HAS_BENDS
-  if (facets.bend != vec2(0.0)) {
-    vec2 leaning = 0.5 * facets.bend / (1.0 + 0.5 * facets.bend);
-#  ifdef HAS_DISTRIBUTION
-    if (lobe.distribution < 1.5)
-#  endif
-    {
-      slope = bent_slope(cell.yz, facets.bend, leaning);
-    }
+  if (facets.bent != vec2(0.0)) {
     /* Of the normals, which are as many from everywhere within the pixel, those have this half
      * vector that lean this way: masked and foreshortened is what lies there. */
-    N = normalize(N + facets.across * (leaning * facets.alpha * slope));
+    N = normalize(N + facets.across * (facets.bent * facets.alpha * cell.yz));
     NoV = dot(N, V);
   }
 #endif
-  vec3 H = normalize(facets.N + facets.across * (facets.alpha * slope));
   float LoH = dot(V, H);
   vec3 L = 2.0 * LoH * H - V;
   float NoL = dot(N, L);
@@ -398,10 +380,9 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
 /* The share of a highlight that is not hidden, by the spots of the cell that are open. */
 float highlight_open(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, int open)
 {
-  Facets facets = lobe_facets(lobe, N);
-  vec2 alpha = middle_alphas(lobe, facets);
+  Facets facets = lobe_facets(lobe, N, V, lit);
   if (open == 0 || open == (1 << CELL_SPOTS) - 1 ||
-      lit.cell_sq < SMALL_CELL_SQ * alpha.x * alpha.y) {
+      lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
     return float(bitCount(open)) / float(CELL_SPOTS);
   }
   return highlight_share(lobe, facets, V, position, lit, open, false);

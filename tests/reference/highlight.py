@@ -94,7 +94,7 @@ def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
 
 @dataclass(frozen=True)
 class _Frame:
-    """Axes (H, W, 3) and alphas (H, W, 2) along them, which share of their squares is the bend's,
+    """Axes (H, W, 3) and alphas (H, W, 2) along them, the normals' own part of slopes (H, W, 2),
     and what the mass is to be multiplied with for it (H, W)."""
 
     X: Array
@@ -116,14 +116,15 @@ def _frame(lobe: Lobe, cells: Cells) -> _Frame:
     reach = np.sqrt(cells.angular_sq / (4.0 * LoH * NoH**3))
     size = np.maximum(np.linalg.norm(slope, axis=-1), 1e-30)
     nearest = slope / alphas * np.maximum(1.0 - reach / size, 0.0)[..., None]
-    grown, denser = growth(nearest, bend)
+    grown, denser, bent = growth(nearest, bend)
     is_ggx = lobe.distribution <= 1.5
     grown = np.where(is_ggx[..., None], grown, 0.5 * bend)
+    bent = np.where(is_ggx[..., None], bent, grown / (1.0 + grown))
     return _Frame(
         X,
         Y,
         alphas * np.sqrt(1.0 + grown),
-        grown / (1.0 + grown),
+        bent,
         np.where(is_ggx & bend.any(axis=-1), denser, 1.0),
     )
 

@@ -14,7 +14,7 @@ from .shading_normal import shading_normals
 Array = NDArray[np.float64]
 
 LEAST_BEND, LONGEST, FARTHEST = 0.005, 20.0, 30.0
-MANY_WIDTHS = 8.0
+MANY_WIDTHS = 16.0
 
 
 def bend_covariance(
@@ -62,7 +62,9 @@ def bend_covariance(
     return np.asarray(turn @ seen @ np.swapaxes(turn, 1, 2))
 
 
-def bend_of_lobe(X: Array, Y: Array, ax: Array, ay: Array, bend: Array) -> tuple[Array, ...]:
+def bend_of_lobe(
+    X: Array, Y: Array, ax: Array, ay: Array, bend: Array
+) -> tuple[Array, Array, Array, Array]:
     """A lobe's frame and alphas along the axes of how normals turn (H, W, 4), as `surface_bend` has
     it: X and Y (H, W, 3), alphas (H, W, 2), and 4 variances of normals over their squares."""
     frame = np.stack([X, Y], axis=-1)
@@ -98,14 +100,15 @@ def beyond(slope: Array, bend: Array) -> Array:
     return np.asarray(0.5 * (low + high))
 
 
-def growth(slope: Array, bend: Array) -> tuple[Array, Array]:
-    """By which share of themselves the squares of alpha grow (..., 2), and what a lobe of that width
-    is to be multiplied with (...,)."""
+def growth(slope: Array, bend: Array) -> tuple[Array, Array, Array]:
+    """By which share of themselves the squares of alpha grow (..., 2), what a lobe that is so wide
+    is to be multiplied with (...,), and the normals' part of a slope (..., 2)."""
     u = beyond(slope, bend)[..., None]
     grown = bend / (1.0 + u)
+    bent = grown / (1.0 + grown)
     # By the determinant of how q changes with the slope.
     q = slope / np.sqrt(1.0 + grown)
-    change = np.eye(2) - (q * grown / (1.0 + grown) / (1.0 + u))[..., None] * q[..., None, :]
-    wide = bend.max(axis=-1) ** 2 / (MANY_WIDTHS**2 + bend.max(axis=-1) ** 2)
+    change = np.eye(2) - (q * bent / (1.0 + u))[..., None] * q[..., None, :]
+    wide = bend.max(axis=-1) ** 4 / (MANY_WIDTHS**4 + bend.max(axis=-1) ** 4)
     denser = wide + (1.0 - wide) / np.linalg.det(change)
-    return grown + wide[..., None] * (0.5 * bend - grown), denser
+    return grown + wide[..., None] * (0.5 * bend - grown), denser, bent

@@ -58,11 +58,13 @@ def row_of_metal(roughness: float) -> Surfaces:
 
 
 @pytest.mark.usefixtures("gpu_context")
-@pytest.mark.parametrize("roughness", [0.1, 0.4])
-@pytest.mark.parametrize(("share", "tolerance"), [(0.1, 0.01), (0.3, 0.05)])
+@pytest.mark.parametrize(
+    ("roughness", "share", "tolerance"),
+    [(0.1, 0.1, 0.001), (0.1, 0.3, 0.005), (0.1, 1.0, 0.03), (0.4, 0.1, 0.01), (0.4, 0.3, 0.06)],
+)
 @pytest.mark.parametrize("direction", [(0.0, 0.0), (-0.7, 0.0), (1.0, 0.6)])
 def test_as_the_mean_over_normals(
-    direction: tuple[float, float], share: float, tolerance: float, roughness: float
+    direction: tuple[float, float], roughness: float, share: float, tolerance: float
 ) -> None:
     """Normals that turn by a share of alpha about one axis and half of it about the other. The
     highlight's tail, which is all that is seen of it, is not what a wider lobe's would be."""
@@ -88,7 +90,7 @@ def test_as_the_mean_over_normals(
     bend = np.broadcast_to([size, 0.0, 0.0, 0.5 * size], (1, 48, 4))
     got = drawn(replace(metal, bend=bend))
     # What is left is of second order in the turn: masking and foreshortening are taken for the mean
-    # of the normals. As measured it is 0.6 % and 4.4 %.
+    # of the normals. As measured it is 0.01, 0.1, 1.2, 0.7 and 4.7 %.
     np.testing.assert_allclose(got, want, rtol=tolerance)
     assert want.max() > 1.9 * want.min() > 0.0
 

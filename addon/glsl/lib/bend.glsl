@@ -32,7 +32,7 @@ const float LEAST_BEND = 0.005;
 /* Where bends are this and more, a sum of their own narrow outline is mostly noise: on a bevel of a
  * fiftieth of a pixel one facet in four is met, and what is seen of a lamp in it is all or nothing.
  * A lobe with GGX's tail is seen on all of them. */
-const float MANY_WIDTHS = 8.0;
+const float MANY_WIDTHS = 16.0;
 
 /* Along two axes, to which the frame is turned and alpha goes over: 4 variances of the normals over
  * alpha's square, or 0. */
@@ -85,17 +85,19 @@ float beyond(vec2 slope, vec2 bend)
   return u;
 }
 
-/* By which share of itself alpha's square grows at a slope over alpha; and how much denser the sum is
- * there than a lobe that is as wide everywhere. */
-vec2 growth(vec2 slope, vec2 bend, out float denser)
+/* By which share of itself alpha's square grows at a slope over alpha; how much denser the sum is there
+ * than a lobe that is as wide everywhere; and the part of the slope that is the normals' own. */
+vec2 growth(vec2 slope, vec2 bend, out float denser, out vec2 bent)
 {
   float u = beyond(slope, bend);
   vec2 grown = bend / (1.0 + u);
+  bent = grown / (1.0 + grown);
   vec2 q_sq = slope * slope / (1.0 + grown);
   denser = 1.0 / (1.0 - dot(q_sq, grown / (1.0 + grown)) / (1.0 + u));
   /* Beyond many times its width it is the lobe as the paper widens it. */
   float most = max(bend.x, bend.y) / MANY_WIDTHS;
-  float wide = most * most / (1.0 + most * most);
+  most *= most * most * most;
+  float wide = most / (1.0 + most);
   denser = mix(denser, 1.0, wide);
   return mix(grown, 0.5 * bend, wide);
 }

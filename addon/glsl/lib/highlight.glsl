@@ -28,7 +28,7 @@ struct Facets {
   mat2x3 across;
   vec2 alpha;
 #ifdef HAS_BENDS
-  vec2 bent;    /* which share of alpha's square comes from normals that turn */
+  vec2 bent;    /* the normals' own part of a slope */
   float denser; /* what the lobe's mass is to be multiplied with for it */
 #endif
 };
@@ -72,6 +72,7 @@ Facets lobe_facets(Lobe lobe, vec3 N, vec3 V, Incidence lit)
   vec2 bend = bend_of_lobe(facets.across, facets.alpha);
   facets.denser = 1.0;
   vec2 grown = 0.5 * bend;
+  facets.bent = grown / (1.0 + grown);
 #  ifdef HAS_DISTRIBUTION
   if (lobe.distribution < 1.5 && bend != vec2(0.0))
 #  else
@@ -84,10 +85,9 @@ Facets lobe_facets(Lobe lobe, vec3 N, vec3 V, Incidence lit)
     vec2 slope = half_slope(facets, V, lit.L);
     float size = length(slope * facets.alpha);
     float reach = sqrt(lit.cell_sq / (4.0 * max(dot(V, H), 0.05) * NoH * NoH * NoH));
-    grown = growth(slope * max(1.0 - reach / max(size, 1e-30), 0.0), bend, facets.denser);
+    grown = growth(slope * max(1.0 - reach / max(size, 1e-30), 0.0), bend, facets.denser, facets.bent);
   }
   facets.alpha *= sqrt(1.0 + grown);
-  facets.bent = grown / (1.0 + grown);
 #endif
   return facets;
 }

@@ -185,10 +185,10 @@ class Stage:
         of the cosine-weighted hemisphere. At the texels' centres, as all else: what is beside an
         edge in a texel is another surface."""
         cycles = self._scene.cycles
-        cycles.max_bounces = 1
-        cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", _LEAST_FILTER
         sky = {"sky": (f"Combined_{_SKY}", "R")}
         try:
+            cycles.max_bounces = 1
+            cycles.pixel_filter_type, cycles.filter_width = "GAUSSIAN", _LEAST_FILTER
             with self._only_aovs(()), self._sampled(self._sky_rays):
                 return np.clip(self._picture(camera, sky)["sky"], 0.0, 1.0)
         finally:

@@ -29,13 +29,11 @@ class Cells:
         corners: (H, W, C, 3) from the pixel to the cell's corners, of any length.
         angular_sq: (H, W) squared angular radius of the cell.
         radiance: (H, W) of the cell for an intensity of 1; 0 where it can't be seen.
-        toward: (H, W, 3) unit, to its point.
     """
 
     corners: Array
     angular_sq: Array
     radiance: Array
-    toward: Array
 
 
 @dataclass(frozen=True)
@@ -66,7 +64,10 @@ def half_alphas(lobe: Lobe, cells: Cells) -> Array:
 def half_slopes(lobe: Lobe, cells: Cells, ways: Array) -> tuple[Array, Array]:
     """Of half vectors of V and (H, W, S, 3) ways to a light: slopes over alpha (H, W, S, 2), and
     the cosines (H, W, S) of the ways with the lobe's normal."""
-    frame = _frame(lobe, cells)
+    return _slopes(lobe, _frame(lobe, cells), ways)
+
+
+def _slopes(lobe: Lobe, frame: _Frame, ways: Array) -> tuple[Array, Array]:
     directions = ways / np.linalg.norm(ways, axis=-1, keepdims=True)
     H = directions + lobe.V[..., None, :]
     x, y, z = (np.einsum("hwsi,hwi->hws", H, a) for a in (frame.X, frame.Y, lobe.N_specular))
@@ -84,7 +85,7 @@ def half_vector(lobe: Lobe, cells: Cells) -> HalfVector:
     mass, centre = _mass(lobe, np.where(kept[..., None], s, 0.0), kept, frame.alphas)
     mass *= frame.denser
     slope = centre * frame.alphas
-    H, N = (N + a[..., :1] * frame.X + a[..., 1:] * frame.Y for a in (slope, frame.bent * slope))
+    H, N = (N + a[..., :1] * frame.X + a[..., 1:] * frame.Y for a in (slope, frame.leaning * slope))
     H /= np.linalg.norm(H, axis=-1, keepdims=True)
     N /= np.linalg.norm(N, axis=-1, keepdims=True)
     LoH = dot(V, H)
@@ -100,33 +101,52 @@ class _Frame:
     X: Array
     Y: Array
     alphas: Array
-    bent: Array
+    leaning: Array
     denser: Array
 
 
 def _frame(lobe: Lobe, cells: Cells) -> _Frame:
     """As the cell sees it."""
     X, Y, alphas, bend = _own_frame(lobe)
-    N, V, L = lobe.N_specular, lobe.V, cells.toward
-    H = L + V
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.stack([dot(H, X), dot(H, Y)], axis=-1) / dot(H, N)[..., None]
-        H /= np.linalg.norm(H, axis=-1, keepdims=True)
-    NoH, LoH = np.maximum(dot(N, H), 1e-3), np.maximum(dot(V, H), 0.05)
-    reach = np.sqrt(cells.angular_sq / (4.0 * LoH * NoH**3))
-    size = np.maximum(np.linalg.norm(slope, axis=-1), 1e-30)
-    nearest = slope / alphas * np.maximum(1.0 - reach / size, 0.0)[..., None]
-    grown, denser, bent = growth(nearest, bend)
+    own = _Frame(X, Y, alphas, bend, np.ones(bend.shape[:2]))
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        slopes, heights = _slopes(lobe, own, cells.corners)
+        grown, denser, leaning = growth(*_place(slopes, heights > 0.0), bend)
     is_ggx = lobe.distribution <= 1.5
     grown = np.where(is_ggx[..., None], grown, 0.5 * bend)
-    bent = np.where(is_ggx[..., None], bent, grown / (1.0 + grown))
     return _Frame(
         X,
         Y,
         alphas * np.sqrt(1.0 + grown),
-        bent,
+        np.where(is_ggx[..., None], leaning, grown / (1.0 + grown)),
         np.where(is_ggx & bend.any(axis=-1), denser, 1.0),
     )
+
+
+def _place(slopes: Array, above: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Of polygons (H, W, C, 2) the point nearest to the middle (H, W, 2), of edges whose ends are
+    both above the horizon (H, W, C), and the variance of the corners that are (H, W)."""
+    count = np.maximum(above.sum(axis=-1), 1)[..., None]
+    kept = np.where(above[..., None], slopes, 0.0)
+    mean = kept.sum(axis=2) / count
+    apart = np.where(above[..., None], slopes - mean[:, :, None], 0.0)
+    spread = np.sum(apart**2, axis=(2, 3)) / count[..., 0]
+    start, end = np.roll(kept, 1, axis=2), kept
+    whole = above & np.roll(above, 1, axis=2)
+    along = end - start
+    length_sq = np.sum(along**2, axis=-1)
+    part = np.where(
+        length_sq > 0.0,
+        np.clip(-np.sum(start * along, axis=-1) / np.where(length_sq > 0.0, length_sq, 1.0), 0, 1),
+        0.0,
+    )
+    points = start + part[..., None] * along
+    far = np.where(whole, np.linalg.norm(points, axis=-1), np.inf)
+    nearest = np.take_along_axis(points, np.argmin(far, axis=2)[..., None, None], axis=2)[:, :, 0]
+    turn = start[..., 0] * end[..., 1] - start[..., 1] * end[..., 0]
+    around = np.maximum((whole & (turn >= 0)).sum(axis=2), (whole & (turn <= 0)).sum(axis=2))
+    nearest = np.where(whole.any(axis=2)[..., None], nearest, 0.0)
+    return np.where((around == slopes.shape[2])[..., None], 0.0, nearest), spread
 
 
 def _own_frame(lobe: Lobe) -> tuple[Array, Array, Array, Array]:

@@ -192,7 +192,7 @@ def light_cells(surface: Surfaces, light: Light, sample: LightSample, N: Array) 
     if sample.per_receiver:
         # Who is inside a ball sees all of it each time.
         radiance = np.where(_is_inside(light, place), radiance * share, radiance)
-    return Cells(corners, cell_sq, radiance, L)
+    return Cells(corners, cell_sq, radiance)
 
 
 def _parts(light: Light, sample: LightSample) -> int:

@@ -14,7 +14,7 @@ from .shading_normal import shading_normals
 Array = NDArray[np.float64]
 
 LEAST_BEND, LONGEST, FARTHEST = 0.005, 20.0, 30.0
-MANY_WIDTHS = 16.0
+PAPERS_BEND, MIDDLE_BEND = 16.0, 4.0
 
 
 def bend_covariance(
@@ -89,26 +89,37 @@ def bend_of_lobe(
     )
 
 
-def beyond(slope: Array, bend: Array) -> Array:
+def beyond(slope: Array, bend: Array, k: Array | float) -> Array:
     """(...,) u for slopes (..., 2) over alpha, by bisection: GGX's share beyond a slope with these
     bends (..., 2) is 1 / (1 + u)."""
     low, high = np.zeros(slope.shape[:-1]), np.sum(slope**2, axis=-1)
     for _ in range(200):
         u = 0.5 * (low + high)
-        found = np.sum(slope**2 * (1.0 + u[..., None]) / (1.0 + u[..., None] + bend), axis=-1)
+        grown = bend / (k + u)[..., None]
+        found = np.sum(slope**2 / (1.0 + grown), axis=-1)
         low, high = np.where(found > u, u, low), np.where(found > u, high, u)
     return np.asarray(0.5 * (low + high))
 
 
-def growth(slope: Array, bend: Array) -> tuple[Array, Array, Array]:
-    """By which share of themselves the squares of alpha grow (..., 2), what a lobe that is so wide
-    is to be multiplied with (...,), and the normals' part of a slope (..., 2)."""
-    u = beyond(slope, bend)[..., None]
-    grown = bend / (1.0 + u)
-    bent = grown / (1.0 + grown)
+def middle(bend: Array | float) -> Array:
+    """`beyond`'s k, of the greater bend of two."""
+    return np.asarray((MIDDLE_BEND + 2.0 * bend) / (MIDDLE_BEND + bend))
+
+
+def growth(nearest: Array, spread: Array, bend: Array) -> tuple[Array, Array, Array]:
+    """For a cell's slope over alpha nearest to the middle (..., 2), and its corners' variance
+    (...,): by which share of themselves the squares of alpha grow (..., 2), what a lobe that is so
+    wide is to be multiplied with (...,), and the normals' part of a slope (..., 2)."""
+    most = bend.max(axis=-1)
+    is_wide = spread / (spread + 1.0 + 0.5 * most)
+    k = middle(most) + (2.0 - middle(most)) * is_wide
+    u = beyond(nearest, bend, k)
+    grown = bend / (k + u)[..., None]
+    leaning = grown / (1.0 + grown)
     # By the determinant of how q changes with the slope.
-    q = slope / np.sqrt(1.0 + grown)
-    change = np.eye(2) - (q * bent / (1.0 + u))[..., None] * q[..., None, :]
-    wide = bend.max(axis=-1) ** 4 / (MANY_WIDTHS**4 + bend.max(axis=-1) ** 4)
-    denser = wide + (1.0 - wide) / np.linalg.det(change)
-    return grown + wide[..., None] * (0.5 * bend - grown), denser, bent
+    q = nearest / np.sqrt(1.0 + grown)
+    change = np.eye(2) - (q * leaning / (k + u)[..., None])[..., None] * q[..., None, :]
+    paper = most**4 / (PAPERS_BEND**4 + most**4)
+    plain = np.maximum(is_wide, paper)
+    denser = plain + (1.0 - plain) / np.linalg.det(change)
+    return grown + paper[..., None] * (0.5 * bend - grown), denser, leaning

@@ -12,15 +12,15 @@
  * 1 / (1 + u) is the lobe's share beyond that slope: they grow as if alpha's square by 4 / (1 + u)
  * times the variance. So a slope s of the sum is where
  *
- *   q = s / sqrt(alpha^2 + 4 variance / (1 + u)),  u = |q|^2,
+ *   q = s / sqrt(alpha^2 + 4 variance / (k + u)),  u = |q|^2,
  *
- * is in a lobe of alpha 1. All of q's plane is covered once, and no light is lost. With a variance of
- * less than a tenth of alpha's square the share beyond any slope is within 0.002 of the true one; with
- * a far greater one the sum is an even disk of that variance.
+ * is in a lobe of alpha 1. k is 1 for small variances; for great ones, whose sum is a Gaussian, it is
+ * 2. All of q's plane is covered once, and no light is lost. Up to a variance of a quarter of alpha's
+ * square the density is within 3 % of the true one at any slope; where both are equal, within 15 %.
  *
  * Straight edges of a cell of a light stay straight only with the same growth for all of the cell: that
- * of its slope nearest to the lobe's middle, and the density that the sum has there. Needs
- * ellipse.glsl. */
+ * of its slope nearest to the lobe's middle, and the density that the sum has there. Over a wide cell
+ * the paper's growth is nearer to the mass. Needs ellipse.glsl. */
 
 /* As normal_bend.glsl has it, of the place that is shaded. */
 vec4 normal_bend = vec4(0.0);
@@ -29,10 +29,16 @@ vec4 normal_bend = vec4(0.0);
  * its light do. */
 const float LEAST_BEND = 0.005;
 
-/* Where bends are this and more, a sum of their own narrow outline is mostly noise: on a bevel of a
- * fiftieth of a pixel one facet in four is met, and what is seen of a lamp in it is all or nothing.
- * A lobe with GGX's tail is seen on all of them. */
-const float MANY_WIDTHS = 16.0;
+/* About this bend and beyond, a sum of its own narrow outline is mostly noise: on a bevel of a fiftieth
+ * of a pixel one facet in four is met, and what is seen of a lamp in it is all or nothing. The paper's
+ * lobe, with GGX's tail, is seen on all of them. */
+const float PAPERS_BEND = 16.0;
+
+/* Of k: for the true density in the middle, which is the integral of t e^-t / (1 + bend t / 2). */
+const float MIDDLE_BEND = 4.0;
+
+/* Slopes over alpha beyond this have no light, and squares of more overflow. */
+const float STEEPEST = 1e13;
 
 /* Along two axes, to which the frame is turned and alpha goes over: 4 variances of the normals over
  * alpha's square, or 0. */
@@ -57,47 +63,54 @@ vec2 bend_of_lobe(inout mat2x3 across, inout vec2 alpha)
 }
 
 /* u for like bends along both axes. */
-float beyond_even(float slope_sq, float bend)
+float beyond_even(float slope_sq, float bend, float k)
 {
-  /* The root of u^2 + (1 + bend - s^2) u - s^2, in a form that neither cancels nor overflows. */
-  float middle = 0.5 * (slope_sq - 1.0 - bend);
+  /* The root of u^2 + (k + bend - s^2) u - k s^2, in a form that neither cancels nor overflows. */
+  float middle = 0.5 * (slope_sq - k - bend);
   float size = max(abs(middle), sqrt(slope_sq));
   float share = middle / size;
-  float root = size * sqrt(share * share + slope_sq / size / size);
-  return middle > 0.0 ? middle + root : slope_sq / (root - middle);
+  float root = size * sqrt(share * share + k * slope_sq / size / size);
+  return middle > 0.0 ? middle + root : k * slope_sq / (root - middle);
 }
 
 /* u for a slope over alpha. */
-float beyond(vec2 slope, vec2 bend)
+float beyond(vec2 slope, vec2 bend, float k)
 {
   vec2 slope_sq = slope * slope;
   /* As if both axes were bent like the mean, by what each is good for in the middle of the lobe. */
-  vec2 middle = slope_sq / (1.0 + bend);
+  vec2 middle = slope_sq / (1.0 + bend / k);
   float mean = dot(middle, bend) / max(middle.x + middle.y, 1e-37);
-  float u = beyond_even((middle.x + middle.y) * (1.0 + mean), mean);
+  float u = beyond_even((middle.x + middle.y) * (1.0 + mean / k), mean, k);
   /* And Newton's way to where u is |q|^2. */
   for (int i = 0; i < 2; i++) {
-    vec2 inner = 1.0 / (1.0 + u + bend);
-    float next = (1.0 + u) * dot(slope_sq, inner);
+    vec2 inner = 1.0 / (k + u + bend);
+    float next = (k + u) * dot(slope_sq, inner);
     float steep = 1.0 - dot(slope_sq * inner, bend * inner);
     u = steep > 1e-3 ? max(u + (next - u) / steep, 0.0) : next;
   }
   return u;
 }
 
-/* By which share of itself alpha's square grows at a slope over alpha; how much denser the sum is there
- * than a lobe that is as wide everywhere; and the part of the slope that is the normals' own. */
-vec2 growth(vec2 slope, vec2 bend, out float denser, out vec2 bent)
+/* What bends do to a lobe for one cell of the light. */
+struct Growth {
+  vec2 grown;   /* by which share of itself alpha's square grows */
+  vec2 leaning; /* the normals' own part of a slope */
+  float denser; /* how much denser the sum is there than a lobe that is as wide everywhere */
+};
+
+/* For a cell's slope over alpha nearest to the lobe's middle, and the variance of its corners'. */
+Growth growth(vec2 nearest, float spread, vec2 bend)
 {
-  float u = beyond(slope, bend);
-  vec2 grown = bend / (1.0 + u);
-  bent = grown / (1.0 + grown);
-  vec2 q_sq = slope * slope / (1.0 + grown);
-  denser = 1.0 / (1.0 - dot(q_sq, grown / (1.0 + grown)) / (1.0 + u));
-  /* Beyond many times its width it is the lobe as the paper widens it. */
-  float most = max(bend.x, bend.y) / MANY_WIDTHS;
-  most *= most * most * most;
-  float wide = most / (1.0 + most);
-  denser = mix(denser, 1.0, wide);
-  return mix(grown, 0.5 * bend, wide);
+  nearest = clamp(nearest, vec2(-STEEPEST), vec2(STEEPEST));
+  float most = max(bend.x, bend.y);
+  float is_wide = spread / (spread + 1.0 + 0.5 * most);
+  float k = mix((MIDDLE_BEND + 2.0 * most) / (MIDDLE_BEND + most), 2.0, is_wide);
+  float u = beyond(nearest, bend, k);
+  vec2 grown = bend / (k + u);
+  vec2 leaning = grown / (1.0 + grown);
+  float denser = 1.0 / (1.0 - dot(nearest * nearest / (1.0 + grown), leaning) / (k + u));
+  float beside = min(most / PAPERS_BEND, 1e4);
+  beside *= beside * beside * beside;
+  float paper = beside / (1.0 + beside);
+  return Growth(mix(grown, 0.5 * bend, paper), leaning, mix(denser, 1.0, max(is_wide, paper)));
 }

@@ -28,7 +28,8 @@ struct Facets {
   mat2x3 across;
   vec2 alpha;
 #ifdef HAS_BENDS
-  vec2 bent;    /* the normals' own part of a slope */
+  bool is_bent;
+  vec2 leaning; /* the normals' own part of a slope */
   float denser; /* what the lobe's mass is to be multiplied with for it */
 #endif
 };
@@ -65,29 +66,72 @@ vec2 half_slope(Facets facets, vec3 V, vec3 toward)
   return (H * facets.across) / (facets.alpha * dot(H, facets.N));
 }
 
-Facets lobe_facets(Lobe lobe, vec3 N, vec3 V, Incidence lit)
+#ifdef HAS_BENDS
+/* Of what of the cell is above the surface the slope nearest to the lobe's middle (xy), and the variance
+ * of its corners' slopes (z). */
+vec3 cell_place(Facets facets, vec3 V, vec3 position)
+{
+  vec2 sum = vec2(0.0);
+  float sum_sq = 0.0;
+  float count = 0.0;
+  vec2 nearest = vec2(0.0);
+  float nearest_sq = 1e30;
+  vec2 turns = vec2(0.0);
+  vec3 toward = to_corner(CELL_CORNERS - 1, position, facets.N);
+  bool last_above = dot(facets.N, toward) > 0.0;
+  vec2 last = half_slope(facets, V, toward);
+  for (int i = 0; i < CELL_CORNERS; i++) {
+    toward = to_corner(i, position, facets.N);
+    bool above = dot(facets.N, toward) > 0.0;
+    vec2 slope = half_slope(facets, V, toward);
+    if (above) {
+      sum += slope;
+      sum_sq += dot(slope, slope);
+      count += 1.0;
+    }
+    if (above && last_above) {
+      vec2 along = slope - last;
+      float length_sq = dot(along, along);
+      float part = length_sq > 0.0 ? clamp(-dot(last, along) / length_sq, 0.0, 1.0) : 0.0;
+      vec2 place = last + part * along;
+      if (dot(place, place) < nearest_sq) {
+        nearest_sq = dot(place, place);
+        nearest = place;
+      }
+      float turn = last.x * slope.y - last.y * slope.x;
+      turns += vec2(float(turn >= 0.0), float(turn <= 0.0));
+    }
+    last = slope;
+    last_above = above;
+  }
+  if (max(turns.x, turns.y) == float(CELL_CORNERS)) {
+    nearest = vec2(0.0); /* it goes around the middle */
+  }
+  vec2 mean = sum / max(count, 1.0);
+  return vec3(nearest, max(sum_sq / max(count, 1.0) - dot(mean, mean), 0.0));
+}
+#endif
+
+Facets lobe_facets(Lobe lobe, vec3 N, vec3 V, vec3 position)
 {
   Facets facets = own_facets(lobe, N);
 #ifdef HAS_BENDS
   vec2 bend = bend_of_lobe(facets.across, facets.alpha);
-  facets.denser = 1.0;
+  facets.is_bent = bend != vec2(0.0);
   vec2 grown = 0.5 * bend;
-  facets.bent = grown / (1.0 + grown);
+  Growth growing = Growth(grown, grown / (1.0 + grown), 1.0);
 #  ifdef HAS_DISTRIBUTION
-  if (lobe.distribution < 1.5 && bend != vec2(0.0))
+  if (facets.is_bent && lobe.distribution < 1.5)
 #  else
-  if (bend != vec2(0.0))
+  if (facets.is_bent)
 #  endif
   {
-    vec3 H = normalize(lit.L + V);
-    float NoH = max(dot(N, H), 1e-3);
-    /* A cell's area among slopes is less by 4 LoH NoH^3 than among directions. */
-    vec2 slope = half_slope(facets, V, lit.L);
-    float size = length(slope * facets.alpha);
-    float reach = sqrt(lit.cell_sq / (4.0 * max(dot(V, H), 0.05) * NoH * NoH * NoH));
-    grown = growth(slope * max(1.0 - reach / max(size, 1e-30), 0.0), bend, facets.denser, facets.bent);
+    vec3 cell = cell_place(facets, V, position);
+    growing = growth(cell.xy, cell.z, bend);
   }
-  facets.alpha *= sqrt(1.0 + grown);
+  facets.alpha *= sqrt(1.0 + growing.grown);
+  facets.leaning = growing.leaning;
+  facets.denser = growing.denser;
 #endif
   return facets;
 }
@@ -315,10 +359,10 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   if (NoV <= 0.0) {
     return vec3(0.0);
   }
-  Facets facets = lobe_facets(lobe, N, V, lit);
+  Facets facets = lobe_facets(lobe, N, V, position);
   bool is_point = lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y;
 #ifdef HAS_BENDS
-  is_point = is_point && facets.bent == vec2(0.0);
+  is_point = is_point && !facets.is_bent;
 #endif
 #ifdef HAS_DISTRIBUTION
   if (lobe.distribution > 3.5 && lobe.distribution < 4.5) {
@@ -342,10 +386,10 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
   }
   vec3 H = normalize(N + facets.across * (facets.alpha * cell.yz));
 #ifdef HAS_BENDS
-  if (facets.bent != vec2(0.0)) {
+  if (facets.is_bent) {
     /* Of the normals, which are as many from everywhere within the pixel, those have this half
      * vector that lean this way: masked and foreshortened is what lies there. */
-    N = normalize(N + facets.across * (facets.bent * facets.alpha * cell.yz));
+    N = normalize(N + facets.across * (facets.leaning * facets.alpha * cell.yz));
     NoV = dot(N, V);
   }
 #endif
@@ -380,7 +424,7 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
 /* The share of a highlight that is not hidden, by the spots of the cell that are open. */
 float highlight_open(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, int open)
 {
-  Facets facets = lobe_facets(lobe, N, V, lit);
+  Facets facets = lobe_facets(lobe, N, V, position);
   if (open == 0 || open == (1 << CELL_SPOTS) - 1 ||
       lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
     return float(bitCount(open)) / float(CELL_SPOTS);

@@ -87,7 +87,7 @@ def without_edge_hits(
     """
     values, hit = occlusion[..., 0], depth[..., 0] > 0.0
     is_open = hit & (values > 0.0)
-    nearly = is_open & (values >= _NEARLY_OPEN)
+    nearly = hit & (values >= _NEARLY_OPEN)
     row, column = np.nonzero(hit & ~is_open & maximum_filter(nearly, 3))
     place, facing = _places(camera, depth[..., 0]), _facing(camera, normal)
     total, count = np.zeros((2, len(row)), dtype=np.float32)

@@ -352,14 +352,14 @@ float highlight_share(
 }
 #endif
 
-/* The lobe's radiance for light.intensity 1. */
-vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 albedo)
+/* The lobe's radiance for light.intensity 1; `facets` are its `lobe_facets` there. */
+vec3 highlight(Lobe lobe, Facets facets, vec3 V, vec3 position, Incidence lit, vec4 albedo)
 {
+  vec3 N = facets.N;
   float NoV = dot(N, V);
   if (NoV <= 0.0) {
     return vec3(0.0);
   }
-  Facets facets = lobe_facets(lobe, N, V, position);
   bool is_point = lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y;
 #ifdef HAS_BENDS
   is_point = is_point && !facets.is_bent;
@@ -422,13 +422,12 @@ vec3 highlight(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, vec4 alb
 
 #ifdef SHADOW_HAS_SPOTS
 /* The share of a highlight that is not hidden, by the spots of the cell that are open. */
-float highlight_open(Lobe lobe, vec3 N, vec3 V, vec3 position, Incidence lit, int open)
+float highlight_open(Lobe lobe, Facets facets, vec3 V, vec3 position, Incidence lit, int open)
 {
   float share = float(bitCount(open)) / float(CELL_SPOTS);
   if (open == 0 || open == (1 << CELL_SPOTS) - 1) {
     return share;
   }
-  Facets facets = lobe_facets(lobe, N, V, position);
   if (lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
     return share;
   }

@@ -57,7 +57,8 @@ void add_lobe(inout Reflected sum, Lobe lobe, Surface s, Incidence lit)
   vec4 albedo = microfacet_albedo(mu, lobe.roughness);
   diffuse *= layer_transmission(lobe, mu, albedo);
 #  ifdef HAS_EXTENT
-  vec3 specular = highlight(lobe, N, s.V, s.position, lit, albedo);
+  Facets facets = lobe_facets(lobe, N, s.V, s.position);
+  vec3 specular = highlight(lobe, facets, s.V, s.position, lit, albedo);
 #    ifdef HAS_SHADOW
   specular /= max(share_above(s.position, s.Ng), LEAST_SHARE_ABOVE);
 #    endif
@@ -68,7 +69,7 @@ void add_lobe(inout Reflected sum, Lobe lobe, Surface s, Incidence lit)
   sum.specular += specular;
 #  ifdef SHADOW_HAS_SPOTS
   if (specular != vec3(0.0)) {
-    sum.hidden += (1.0 - highlight_open(lobe, N, s.V, s.position, lit, open_spots())) * specular;
+    sum.hidden += (1.0 - highlight_open(lobe, facets, s.V, s.position, lit, open_spots())) * specular;
   }
 #  endif
 #endif

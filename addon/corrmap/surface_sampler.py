@@ -334,6 +334,11 @@ class SurfaceSampler:
             )
         return self._shading.step()
 
+    def forget_shading_samples(self) -> None:
+        """They are to be made of another number of visibility samples."""
+        self._shading = None
+        self._visibility = 0
+
     def _bent_surfaces(self, buffer: GeometryBuffer) -> BentSurfaces | None:
         """Those of the scene, found once for the triangles as they are numbered."""
         if self._bent is None or self._bent[0] is not buffer:

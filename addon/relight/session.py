@@ -79,7 +79,8 @@ if TYPE_CHECKING:
     from ..camplace.hole_cameras import HolePoints
 
 
-# Visibility samples of each pixel: as many as Lightspeed's pictures have (figure 10).
+# Visibility samples of each pixel at least: as many as Lightspeed's pictures have (figure 10). A
+# picture of more samples has as many of these, or what they are off at edges would stay in it.
 VISIBILITY_SAMPLES = 64
 
 # Of a whole picture's time, as its progress is told: that of finding its shading samples.
@@ -100,7 +101,8 @@ class RelightSession:
         split_lobes: whether lights' layers are kept apart by the kind of lobe, for `Picture.lobes`.
         mesh_lights: whether objects that glow light others.
         visibility: visibility samples of each pixel of a picture with more than one sample; 0 to
-            shade each sample as a picture of its own, which is what the lists are held against.
+            shade each sample as a picture of its own, which is what the lists are held against;
+            None for as many as the picture's samples, and no fewer than VISIBILITY_SAMPLES.
         cache_budget: bytes of the GPU's memory for the cache; a view that needs more takes more.
         progress: is told how far loading the cache is.
 
@@ -117,7 +119,7 @@ class RelightSession:
         *,
         split_lobes: bool = False,
         mesh_lights: bool = True,
-        visibility: int = VISIBILITY_SAMPLES,
+        visibility: int | None = None,
         cache_budget: int = CACHE_BUDGET,
         progress: Progress = silent,
     ) -> None:
@@ -268,9 +270,14 @@ class RelightSession:
 
     def set_samples(self, samples: int) -> None:
         """Samples of a finished picture; what was drawn for another number is dropped."""
-        if samples != self._stages.count:
-            self._stages.set_count(samples)
-            self._graph.touch(SAMPLES)
+        if samples == self._stages.count:
+            return
+        before = self._wanted_visibility
+        self._stages.set_count(samples)
+        self._graph.touch(SAMPLES)
+        if self._wanted_visibility != before:
+            self._sampler.forget_shading_samples()
+            self._touch(VIEW)
 
     def set_shadows(self, shadows: ShadowSettings) -> None:
         """Find shadows another way, or with finer maps."""
@@ -473,7 +480,16 @@ class RelightSession:
 
     def _find_shading_samples(self) -> bool:
         """Do the next bit of work towards the pixels' lists; False when there is none."""
-        return self._stages.count > 1 and self._sampler.find_shading_samples(self._visibility)
+        if self._stages.count <= 1:
+            return False
+        return self._sampler.find_shading_samples(self._wanted_visibility)
+
+    @property
+    def _wanted_visibility(self) -> int:
+        """Visibility samples of the pixels' lists."""
+        if self._visibility is not None:
+            return self._visibility
+        return max(VISIBILITY_SAMPLES, self._stages.count)
 
     def _touch(self, *inputs: str) -> None:
         self._forget(self._graph.touch(*inputs))

@@ -31,7 +31,7 @@ VISIBILITY = 32
 KEY = replace(point_light("Key", (-1.0, -1.2, 1.5)), shadow_soft_size=0.3)
 
 
-def open_session(room: Room, samples: int, visibility: int, view: View | None = None) -> Any:
+def open_session(room: Room, samples: int, visibility: int | None, view: View | None = None) -> Any:
     from addon.relight.session import RelightSession
 
     geometry, store, own = room
@@ -293,3 +293,19 @@ def test_another_view_is_not_blurred_by_the_last_ones_shutter(room: Room) -> Non
     assert np.abs(session.render().layers["Key"] - plain).max() > 0.1 * plain.max()
     session.set_exposure(None)
     np.testing.assert_array_equal(session.render().layers["Key"], plain)
+
+
+def test_more_samples_bring_as_many_looks(room: Room) -> None:
+    """Lists of a few looks would keep their error at edges however many samples are shaded."""
+    changed, fresh = open_session(room, 4, None), open_session(room, 80, None)
+    for session in (changed, fresh):
+        session.set_lights([replace(KEY, shadow_soft_size=0.0)])
+    changed.render()
+    assert changed._sampler.lists.lists.visibility == 64
+    changed.set_samples(80)
+    got, want = changed.render(), fresh.render()
+    assert changed._sampler.lists.lists.visibility == 80
+    np.testing.assert_array_equal(got.combined, want.combined)
+    changed.set_samples(8)
+    changed.render()
+    assert changed._sampler.lists.lists.visibility == 64

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What visibility samples hit of shading samples that serve a single pixel.
+"""What visibility samples hit of shading samples that serve a single pixel, or of which no cell's
+middle sees the surface.
 
 Sample k of the lights is shaded at one of these places, so that none of them is shaded elsewhere
-than where the pixel sees it, however little of the pixel its surface takes.
+than where a pixel sees it, however little of the pixel its surface takes.
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ class PixelLists:
         normal: (E, 3) float32: as `VisibleSurface.normal`.
         triangle: (E, 2) float32: as `VisibleSurface.triangles`.
         visibility: visibility samples of each pixel.
-        own_hits: of samples that serve one pixel alone.
+        own_hits: of samples that serve one pixel alone, and of further ones.
     """
 
     height: int
@@ -203,10 +203,14 @@ class ListBuilder:
             alone = alone | same_surface(place, facing, position, normal)
             cell = np.where(alone[rest], pixel[rest], cell)
         sample[rest] = self._samples_of(cell, position[rest], normal[rest], triangle[rest])
-        if alone is not None:
+        if moved is None:
+            # Of what is in no cell's middle nothing else is known. The background has no place.
+            kept = (sample >= self._pixels) & (position[:, 3] > 0.0)
+            if alone is not None:
+                kept |= alone
             # Of a crowded cell another surface's sample may serve.
             place, facing = self._position[sample], self._normal[sample]
-            kept = alone & same_surface(place, facing, position, normal)
+            kept &= same_surface(place, facing, position, normal)
             self._hits.add(OwnHits(sample[kept], position[kept], normal[kept], triangle[kept]))
         self._new.append(pixel << 32 | sample)
         if weight is not None:

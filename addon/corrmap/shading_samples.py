@@ -7,7 +7,8 @@ further ones that `pixel_lists` asks for. Passes shade it as they shade a pictur
 A sample's parameters are the mean of what the cache says at several hits in its cell, so that
 textures finer than a pixel are as smooth as with a lookup for each visibility sample. Where it is
 shaded is another place for each sample of the lights: the hit of that visibility sample, if it is
-on the same surface, with the normal that the mesh has there unless the material bends it. So the
+on the same surface, else of one beside it; of further samples the hits that they were made for, by
+turns; with the normal that the mesh has there unless the material bends it. So the
 edges of shadows and highlights are filtered as the pixels are.
 """
 
@@ -46,6 +47,16 @@ from .visible_surface import VisibleSurface
 # a pattern a few pixels wide is off by a mean square of 3.5 levels of 255 with 32, 2.5 with 64 and
 # 2.4 with 256, beside Cycles; what has no texture does not care.
 GATHERED = 64
+
+# A surface that a visibility sample misses is shaded where another hits it, of a group of so many
+# numbers: they lie in each eighth of the pixel. Which one is drawn by lot, for each number anew, so
+# that all of what is seen of the surface is shaded alike. At its own place, the pixel's middle, it
+# would be shaded far too often: where a shadow's edge ran along a ledge's, a third of the light was
+# lost.
+_LOOKS_TOGETHER = 8
+
+# Position, normal and triangle.
+_BYTES_OF_LOOK = 40
 
 # Numbers of samples and of list entries are kept in float32.
 _MOST = 1 << 24
@@ -92,12 +103,14 @@ _OWN_HITS = replace(
 )
 
 
-def _of_layer(description: PassShader) -> PassShader:
-    """The pass for hits of a sheer layer, which leaves all but the samples on it as they are."""
+def _over(description: PassShader, *, is_layer: bool) -> PassShader:
+    """The pass for further hits, or for those of a sheer layer, which leaves all but the samples on
+    their surfaces as they are."""
+    name, define = ("layer", "OF_LAYER") if is_layer else ("over", "OVER")
     return replace(
         description,
-        name=f"{description.name}_layer",
-        defines=(*description.defines, ("OF_LAYER", "1")),
+        name=f"{description.name}_{name}",
+        defines=(*description.defines, (define, "1")),
     )
 
 
@@ -107,6 +120,12 @@ _OBJECTS = PassShader(
     samplers=(("surface_triangle", "FLOAT_2D"),),
     outputs=(("FLOAT", "surface_object"),),
 )
+
+
+def _others_in_group(k: int) -> list[int]:
+    """The other visibility samples of sample k's group, in an order of its own."""
+    turns = np.random.default_rng(k).permutation(np.arange(1, _LOOKS_TOGETHER))
+    return [k ^ int(turn) for turn in turns]
 
 
 def objects_of(geometry: GeometryBuffer, triangles: Texture) -> Texture:
@@ -159,6 +178,8 @@ class ShadingSamples:
         self._sum: SurfaceBuffer | None = None
         self._gathered = 0
         self._mean: SurfaceBuffer | None = None
+        self._seen: dict[int, VisibleSurface] = {}
+        self._seen_group = -1
         self._kept: dict[int, tuple[SurfaceBuffer, Texture]] = {}
 
     @property
@@ -295,25 +316,44 @@ class ShadingSamples:
         """Where the atlas' samples are shaded for sample k."""
         if self._own is None or self._lists is None or self._cells is None:
             raise RuntimeError("the lists are not complete")
-        own, hits = self._own, self._looks.pinhole(k)
+        own, height = self._own, self._lists.lists.height
         size = (own.position.width, own.position.height)
         targets = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
-        height = self._lists.lists.height
         described = _OWN_HITS if self._hit_textures else _HITS
-        for number, hit in enumerate((hits, *hits.before)):
-            (_of_layer(described) if number else described).build().draw_fullscreen(
-                framebuffer(targets),
-                {
-                    **pair_textures(own, hit),
-                    "sample_triangle": own.triangles,
-                    "visible_triangle": hit.triangles,
-                    "sample_cell": self._cells,
-                    **self._hit_textures,
-                },
-                {"hits": {"offset": self._looks.offset(k), "height": height, "number": k}},
-            )
+        # The last that hits a surface stays.
+        for order, look in enumerate((*_others_in_group(k), k)):
+            hits = self._pinhole(look)
+            for number, hit in enumerate((hits, *hits.before)):
+                is_first = order + number == 0
+                shader = described if is_first else _over(described, is_layer=number > 0)
+                shader.build().draw_fullscreen(
+                    framebuffer(targets),
+                    {
+                        **pair_textures(own, hit),
+                        "sample_triangle": own.triangles,
+                        "visible_triangle": hit.triangles,
+                        "sample_cell": self._cells,
+                        **self._hit_textures,
+                    },
+                    {"hits": {"offset": self._looks.offset(look), "height": height, "number": k}},
+                )
         position, normal, triangles = targets
         return replace(own, position=position, normal=normal, triangles=triangles)
+
+    def _pinhole(self, k: int) -> VisibleSurface:
+        """What the view sees at sample k's place in the pixels. Those that are looked at together
+        are kept until others are, where there is room."""
+        group = k // _LOOKS_TOGETHER
+        if group != self._seen_group:
+            self._seen.clear()
+            self._seen_group = group
+        known = self._seen.get(k)
+        if known is None:
+            known = self._looks.pinhole(k)
+            texels = known.position.width * known.position.height * (1 + len(known.before))
+            if _LOOKS_TOGETHER * _BYTES_OF_LOOK * texels < self._memory_budget:
+                self._seen[k] = known
+        return known
 
     def _gather_next(self) -> None:
         hits = self._hits(self._gathered)

@@ -15,8 +15,8 @@ void main()
 #ifdef HAS_OWN_HITS
   ivec2 range = ivec2(texelFetch(hit_range, texel, 0).xy + vec2(0.5));
   if (range.y > 0) {
-#  ifdef OF_LAYER
-    discard;
+#  if defined(OVER) || defined(OF_LAYER)
+    discard; /* it is written already */
 #  endif
     int number = range.x + hits.number % range.y;
     ivec2 hit = ivec2(number % HITS_ROW, number / HITS_ROW);
@@ -29,8 +29,12 @@ void main()
   vec4 p = texelFetch(visible_position, cell, 0);
   vec3 n = texelFetch(visible_normal, cell, 0).xyz;
 #ifdef OF_LAYER
-  /* The rest is written already. */
-  if (p.w == 0.0 || !same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
+  if (p.w == 0.0) {
+    discard;
+  }
+#endif
+#if defined(OVER) || defined(OF_LAYER)
+  if (!same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
     discard;
   }
 #endif

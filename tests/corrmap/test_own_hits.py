@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Shading samples of thin, bent and glossy things: each serves one pixel, where that sees it."""
+"""Shading samples that are shaded where visibility samples hit them: of thin, bent and glossy
+things, each for one pixel, and of what no cell's middle sees."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 
 from addon.caching.plan import ChannelPlan
 from addon.corrmap.bent_surfaces import BentSurfaces
+from addon.corrmap.own_hits import OwnHits
 from addon.corrmap.pixel_lists import ListBuilder, PixelLists
 from addon.corrmap.surface_layout import SurfaceLayout
 from addon.corrmap.triangle_codes import TriangleCodes
@@ -135,7 +137,7 @@ def test_a_thin_tubes_samples_serve_their_pixels_alone(gpu_context: None) -> Non
 
     # Two pixels wide.
     lists, seen, _ = made_lists(tube(0.16))
-    hits = lists.own_hits
+    hits = of_tube(lists.own_hits)
     assert len(hits) > 500
     pixel = np.repeat(np.arange(len(lists.count)), lists.count)
     served = np.unique(hits.sample)
@@ -153,10 +155,29 @@ def test_a_thin_tubes_samples_serve_their_pixels_alone(gpu_context: None) -> Non
     cell = np.concatenate([np.arange(len(lists.count)), lists.cell])
     distance = np.abs(place[:, cell[hits.sample], :3] - hits.position[:, :3]).max(axis=2)
     assert (distance.min(axis=0) == 0.0).all()
-    # The wall's are shared as ever.
-    assert (hits.position[:, 3] == 1.0).all()
     total = np.bincount(pixel, lists.weight, len(lists.count))
     np.testing.assert_allclose(total[lists.count > 0], 1.0, atol=1e-6)
+
+
+def of_tube(hits: OwnHits, material: float = 1.0) -> OwnHits:
+    """Those on one material."""
+    on = hits.position[:, 3] == material
+    return OwnHits(hits.sample[on], hits.position[on], hits.normal[on], hits.triangle[on])
+
+
+def test_what_no_middle_sees_is_known_by_its_hits(gpu_context: None) -> None:
+    """The wall's samples in cells whose middles see the tube are shared as ever; each has all the
+    hits that it serves, in its own cell."""
+    lists, _, _ = made_lists(tube(0.16))
+    hits, pixels = of_tube(lists.own_hits, 2.0), len(lists.count)
+    assert len(hits) > 50
+    assert (hits.sample >= pixels).all()
+    shared = np.isin(lists.sample, hits.sample)
+    served = np.bincount(lists.sample[shared], lists.weight[shared] * VISIBILITY)
+    times = np.bincount(hits.sample, minlength=len(served))
+    np.testing.assert_allclose(served, times, atol=1e-3)
+    entries = np.bincount(lists.sample[shared])
+    assert entries.max() > 1
 
 
 def test_what_is_wide_is_shared(gpu_context: None) -> None:
@@ -164,7 +185,8 @@ def test_what_is_wide_is_shared(gpu_context: None) -> None:
     wide = tube(2.5, sides=64)
     lists, _, _ = made_lists(wide)
     plain, _, _ = made_lists(wide, with_bent=False)
-    assert not len(lists.own_hits)
+    assert (lists.own_hits.sample >= len(lists.count)).all()
+    np.testing.assert_array_equal(lists.own_hits.sample, plain.own_hits.sample)
     np.testing.assert_array_equal(lists.sample, plain.sample)
     np.testing.assert_array_equal(lists.weight, plain.weight)
 

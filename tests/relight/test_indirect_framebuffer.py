@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from addon.corrmap.same_surface import same_surface
 from addon.corrmap.shading_samples import GATHERED
 from addon.glsl.shader import read_texture
+from addon.relight.session import VISIBILITY_SAMPLES
 from addon.relight.world.world_pass import WorldTextures
 from addon.scene.exposure import Exposure
 from addon.scene.geometry import SceneGeometry
@@ -309,3 +311,36 @@ def test_more_samples_bring_as_many_looks(room: Room) -> None:
     changed.set_samples(8)
     changed.render()
     assert changed._sampler.lists.lists.visibility == 64
+
+
+def test_samples_are_shaded_where_pixels_see_them(room: Room) -> None:
+    """Not more often in the pixel's middle, where an edge hides the rest of the surface: along an
+    edge, light changes across it."""
+    session = open_session(room, 2, None)
+    session.set_lights([KEY])
+    session.render()
+    sampler, view = session._sampler, room[2]
+    shading, own = sampler._shading, sampler.looks.pinhole(0)
+    place, facing = (read_texture(t) for t in (own.position, own.normal))
+    count = np.zeros((*place.shape[:2], 1))
+    seen, shaded = np.zeros((2, *place.shape[:2], 2))
+    film = np.stack(np.meshgrid(*(np.arange(n) + 0.5 for n in place.shape[1::-1])), axis=-1)
+    for k in range(VISIBILITY_SAMPLES):
+        hit = sampler.looks.pinhole(k)
+        mine = same_surface(
+            place, facing[..., :3], read_texture(hit.position), read_texture(hit.normal)[..., :3]
+        )[..., None]
+        count += mine
+        seen += mine * np.array(sampler.looks.offset(k))
+        at = read_texture(shading._hits(k).position)[: len(place), :, :3]
+        x, y, _, _ = np.moveaxis(
+            view.project(at.astype(np.float64) + sampler.looks.surfaces.origin), -1, 0
+        )
+        shaded += (np.stack([x, y], axis=-1) - film) / VISIBILITY_SAMPLES
+    share = count / VISIBILITY_SAMPLES
+    partly = ((share > 0.3) & (share < 0.8) & (place[..., 3:] > 0.0))[..., 0]
+    assert partly.sum() > 100
+    seen = (seen / np.maximum(count, 1.0))[partly]
+    # How far from the middle towards what is seen they are shaded, 1 for all of the way.
+    way = (shaded[partly] * seen).sum() / (seen * seen).sum()
+    assert way == pytest.approx(1.0, abs=0.1)

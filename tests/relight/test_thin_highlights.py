@@ -79,7 +79,7 @@ def test_few_samples_find_the_highlight(monkeypatch: pytest.MonkeyPatch) -> None
     assert want.max() > 5.0 * np.median(want)
     # Three eighths of it as measured.
     assert error(got, want) < 0.5 * error(plain, want)
-    # With one wide lobe of GGX it was an eighth of what the picture varies by.
+    # Nine hundredths of it as measured; a tenth with one wide lobe of GGX.
     assert error(got, want) < 0.1 * want.std()
     # All of the light is there.
     assert got.mean() == pytest.approx(want.mean(), rel=0.02)

@@ -205,12 +205,11 @@ class ListBuilder:
         sample[rest] = self._samples_of(cell, position[rest], normal[rest], triangle[rest])
         if moved is None:
             # Of what is in no cell's middle nothing else is known. The background has no place.
-            kept = (sample >= self._pixels) & (position[:, 3] > 0.0)
-            if alone is not None:
-                kept |= alone
+            wanted = (sample >= self._pixels) & (position[:, 3] > 0.0)
+            kept = np.flatnonzero(wanted if alone is None else wanted | alone)
             # Of a crowded cell another surface's sample may serve.
-            place, facing = self._position[sample], self._normal[sample]
-            kept &= same_surface(place, facing, position, normal)
+            place, facing = self._position[sample[kept]], self._normal[sample[kept]]
+            kept = kept[same_surface(place, facing, position[kept], normal[kept])]
             self._hits.add(OwnHits(sample[kept], position[kept], normal[kept], triangle[kept]))
         self._new.append(pixel << 32 | sample)
         if weight is not None:

@@ -51,7 +51,7 @@ GATHERED = 64
 # A surface that a visibility sample misses is shaded where another hits it, of a group of so many
 # numbers: they lie in each eighth of the pixel. Which one is drawn by lot, for each number anew, so
 # that all of what is seen of the surface is shaded alike. At its own place, the pixel's middle, it
-# would be shaded far too often: where a shadow's edge ran along a ledge's, a third of the light was
+# would be shaded far too often: where a shadow's edge runs along a ledge's, a third of the light is
 # lost.
 _LOOKS_TOGETHER = 8
 
@@ -106,11 +106,10 @@ _OWN_HITS = replace(
 def _over(description: PassShader, *, is_layer: bool) -> PassShader:
     """The pass for further hits, or for those of a sheer layer, which leaves all but the samples on
     their surfaces as they are."""
-    name, define = ("layer", "OF_LAYER") if is_layer else ("over", "OVER")
     return replace(
         description,
-        name=f"{description.name}_{name}",
-        defines=(*description.defines, (define, "1")),
+        name=f"{description.name}_{'layer' if is_layer else 'over'}",
+        defines=(*description.defines, ("OVER", "1"), *((("OF_LAYER", "1"),) * is_layer)),
     )
 
 
@@ -179,7 +178,6 @@ class ShadingSamples:
         self._gathered = 0
         self._mean: SurfaceBuffer | None = None
         self._seen: dict[int, VisibleSurface] = {}
-        self._seen_group = -1
         self._kept: dict[int, tuple[SurfaceBuffer, Texture]] = {}
 
     @property
@@ -343,10 +341,8 @@ class ShadingSamples:
     def _pinhole(self, k: int) -> VisibleSurface:
         """What the view sees at sample k's place in the pixels. Those that are looked at together
         are kept until others are, where there is room."""
-        group = k // _LOOKS_TOGETHER
-        if group != self._seen_group:
+        if any(other // _LOOKS_TOGETHER != k // _LOOKS_TOGETHER for other in self._seen):
             self._seen.clear()
-            self._seen_group = group
         known = self._seen.get(k)
         if known is None:
             known = self._looks.pinhole(k)

@@ -461,8 +461,7 @@ class SurfaceSampler:
 
     def _forget(self) -> None:
         self._samples.clear()
-        self._shading = None
-        self._visibility = 0
+        self.forget_shading_samples()
         self._correspondence = None
 
     def _is_far(self, view: View) -> bool:

@@ -424,12 +424,9 @@ vec3 highlight(Lobe lobe, Facets facets, vec3 V, vec3 position, Incidence lit, v
 /* The share of a highlight that is not hidden, by the spots of the cell that are open. */
 float highlight_open(Lobe lobe, Facets facets, vec3 V, vec3 position, Incidence lit, int open)
 {
-  float share = float(bitCount(open)) / float(CELL_SPOTS);
-  if (open == 0 || open == (1 << CELL_SPOTS) - 1) {
-    return share;
-  }
-  if (lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
-    return share;
+  if (open == 0 || open == (1 << CELL_SPOTS) - 1 ||
+      lit.cell_sq < SMALL_CELL_SQ * facets.alpha.x * facets.alpha.y) {
+    return float(bitCount(open)) / float(CELL_SPOTS);
   }
   return highlight_share(lobe, facets, V, position, lit, open, false);
 }

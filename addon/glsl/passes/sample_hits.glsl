@@ -15,7 +15,7 @@ void main()
 #ifdef HAS_OWN_HITS
   ivec2 range = ivec2(texelFetch(hit_range, texel, 0).xy + vec2(0.5));
   if (range.y > 0) {
-#  if defined(OVER) || defined(OF_LAYER)
+#  ifdef OVER
     discard; /* it is written already */
 #  endif
     int number = range.x + hits.number % range.y;
@@ -33,13 +33,14 @@ void main()
     discard;
   }
 #endif
-#if defined(OVER) || defined(OF_LAYER)
-  if (!same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
+  bool is_hit = same_surface(surface_position, surface_geometric_normal.xyz, p, n);
+#ifdef OVER
+  if (!is_hit) {
     discard;
   }
 #endif
   vec2 film = vec2(cell) + vec2(0.5);
-  if (same_surface(surface_position, surface_geometric_normal.xyz, p, n)) {
+  if (is_hit) {
     surface_position = p;
     surface_geometric_normal.xyz = n;
     surface_triangle = texelFetch(visible_triangle, cell, 0).xy;

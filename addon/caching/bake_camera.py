@@ -16,7 +16,7 @@ from ..scene.geometry_reader import NO_MATERIAL
 from .aov_render import PASS_NORMAL, Region, Stage, far_is_nothing
 from .channels import CHANNEL_BY_NAME
 from .framebuffer import DeepFramebuffer
-from .occlusion_filter import smooth_occlusion, without_edge_hits
+from .occlusion_filter import REACH, smooth_occlusion, without_edge_hits
 from .plan import ChannelPlan
 from .ray_occlusion import OcclusionCaster
 from .specialize import SpecializedMaterial, channel_expression
@@ -33,8 +33,9 @@ _ALL_LAYERS = 1 << 20
 # more.
 _MARGIN = 2
 
-# Texels beside these that have a say in them: by the filter of ambient occlusion and the means.
-_BESIDE = 16
+# Texels beside these that have a say in them: by the filter of ambient occlusion, and less by the
+# means.
+_BESIDE = REACH
 
 
 def bake_camera(
@@ -125,7 +126,7 @@ def _picture(
         share, surface = channels["ambient_occlusion"], (channels["depth"], channels["normal"])
         if not stage.measures_sky:
             share = without_edge_hits(camera, share, *surface)
-        channels["ambient_occlusion"] = smooth_occlusion(camera, share, *surface)
+        channels["ambient_occlusion"] = smooth_occlusion(camera, share, *surface, occlusion.rays)
     return DeepFramebuffer(camera, channels)
 
 

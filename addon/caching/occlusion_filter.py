@@ -3,9 +3,11 @@
 
 An edge-avoiding à-trous wavelet filter (Dammertz, Sewtz, Hanika, Lensch 2010: "Edge-Avoiding
 À-Trous Wavelet Transform for fast Global Illumination Filtering"): a B3 spline whose taps move
-apart by two from level to level, each tap weighted by how well its surface continues the
-texel's own. It runs along rows and columns in turn, which is exact where nothing is weighted
-away.
+apart by two from level to level. Each tap is weighted by how well its surface continues the
+texel's own, and by how much of what their values differ by may be noise (as the luminance is in
+Schied et al. 2017, "Spatiotemporal Variance-Guided Filtering"; here rays are counted, so the noise
+is known). A shadow on a wall keeps its edge, and what little light reaches has the rays of more
+texels. It runs along rows and columns in turn, which is exact where nothing is weighted away.
 """
 
 from __future__ import annotations
@@ -19,9 +21,15 @@ from ..camplace.camera import CachingCamera
 # B3 spline: weight of the texel itself, and of its neighbours at one and two steps.
 _SPLINE = (6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0)
 
-# Steps of 1, 2 and 4 texels: a standard deviation of sqrt(1 + 4 + 16) = 4.6 texels, over which
-# some 260 texels share their rays.
-_STEPS = (1, 2, 4)
+# Texels. The standard deviation of all of them is sqrt(1 + 4 + 16 + 64 + 256) = 18.5 texels.
+_STEPS = (1, 2, 4, 8, 16)
+
+# The largest distance, in texels, from which a value comes.
+REACH = (len(_SPLINE) - 1) * sum(_STEPS)
+
+# A tap counts for nothing when its value is more than five standard errors off. Two that are equal
+# but for their noise are on average sqrt(2) apart, and more than five in 2500 pairs once.
+_ERRORS = 5.0
 
 # A tap counts for nothing when it is seen from the texel more than 15 degrees off its plane, or
 # has a normal that differs by more than 25 degrees: less than any edge that looks like one,
@@ -41,6 +49,7 @@ def smooth_occlusion(
     occlusion: NDArray[np.float32],
     depth: NDArray[np.float32],
     normal: NDArray[np.float32],
+    rays: int,
 ) -> NDArray[np.float32]:
     """Mean of the open share of neighbouring texels on the same surface.
 
@@ -49,6 +58,7 @@ def smooth_occlusion(
         occlusion: (R, R, 1) the channel as rendered, in [0, 1].
         depth: (R, R, 1) metres along the view axis, 0 where nothing is hit.
         normal: (R, R, 3) world space, unit length where something is hit.
+        rays: from each texel, whose open share `occlusion` is.
 
     Returns:
         (R, R, 1) float32 in [0, 1]; unchanged where nothing is hit.
@@ -57,10 +67,19 @@ def smooth_occlusion(
     facing = _facing(camera, normal)
     hit = depth[..., 0] > 0.0
     values = np.ascontiguousarray(occlusion[..., 0])
+    variance = 0.0
     for step in _STEPS:
+        count = _rays_together(rays, variance)
         for axis in (0, 1):
-            values = _blur(values, place, facing, hit, step, axis)
+            values = _blur(values, place, facing, hit, step, axis, count)
+        variance += step * step
     return values[..., None]
+
+
+def _rays_together(rays: int, variance: float) -> float:
+    """How many rays the mean under a Gaussian of so many square texels has; 0 for a texel alone,
+    whose rays are too few to judge by."""
+    return rays * 4.0 * np.pi * variance
 
 
 def without_edge_hits(
@@ -130,8 +149,10 @@ def _blur(  # noqa: PLR0917 - one pass's arrays, in the order of `smooth_occlusi
     hit: NDArray[np.bool_],
     step: int,
     axis: int,
+    rays: float,
 ) -> NDArray[np.float32]:
-    """One pass along rows (axis 1) or columns (axis 0)."""
+    """One pass along rows (axis 1) or columns (axis 0). `rays` are those of each value, by which
+    its noise is known; 0 to let all values count."""
     total = _SPLINE[0] * values
     weight = np.full_like(values, _SPLINE[0])
     for count, spline in enumerate(_SPLINE[1:], start=1):
@@ -144,11 +165,23 @@ def _blur(  # noqa: PLR0917 - one pass's arrays, in the order of `smooth_occlusi
         # The same for both texels of a pair, so each pair is looked at once.
         same = spline * _continues(place[:, *a] - place[:, *b], facing[:, *a], facing[:, *b])
         same *= hit[a] & hit[b]
+        if rays > 0.0:
+            same *= _agree(values[a], values[b], rays)
         total[a] += same * values[b]
         total[b] += same * values[a]
         weight[a] += same
         weight[b] += same
     return total / weight
+
+
+def _agree(a: NDArray[np.float32], b: NDArray[np.float32], rays: float) -> NDArray[np.float32]:
+    """How far two open shares may be one, by their rays' noise: 1 if they are equal."""
+    # Of none or all rays the noise is that of half a ray, not zero.
+    least = np.float32(0.5 / rays)
+    mean = np.clip(np.float32(0.5) * (a + b), least, np.float32(1.0) - least)
+    # The square of a standard error is that of the binomial distribution.
+    apart = (a - b) ** 2 * np.float32(rays / _ERRORS**2)
+    return np.maximum(np.float32(1.0) - apart / (mean * (1.0 - mean)), np.float32(0.0))
 
 
 def _continues(

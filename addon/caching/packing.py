@@ -6,10 +6,11 @@ Every component takes the least that keeps its error out of sight:
 
 - normals are two numbers of 16 bits (see `octahedral`);
 - material numbers take 8 bits while they fit, else 16;
-- ambient occlusion takes 8 bits: it is smoothed from rays, and a step is a fifth of their noise;
 - albedos and reflectances take 8 bits, as the square root of their share of the largest that their
   material has. The root spreads the steps as a display does, so the error is at most half a step
   of 255 beside that material's brightest texel, whatever light falls on it;
+- ambient occlusion takes 8 bits, as the square root: in a room with a window all light may come
+  through a hundredth of the hemisphere, and the root's steps shrink as the noise of its rays does;
 - all else is half, and float32 where half does not hold it (see `precision`).
 """
 
@@ -30,6 +31,8 @@ from .plan import ChannelPlan
 
 # Depth is tested in every search and has a texture of its own.
 _APART = "depth"
+
+_OCCLUSION = "ambient_occlusion"
 
 Kind = Literal["8", "16", "16F", "32F"]
 TexelFormat = Literal[
@@ -99,7 +102,7 @@ class Packing:
             return "16"
         if name in self.wide:
             return "32F"
-        if name == "ambient_occlusion" or self._is_share(name):
+        if name == _OCCLUSION or self._is_share(name):
             return "8"
         return "16F" if CHANNEL_BY_NAME[name].precision == "half" else "32F"
 
@@ -165,6 +168,8 @@ class Packing:
             largest = scale[name][..., None]
             share = values / np.where(largest > 0.0, largest, np.float32(1.0))
             return np.sqrt(np.maximum(share, 0.0))
+        if name == _OCCLUSION:
+            return np.sqrt(values)
         return values
 
     def glsl(self, scale_row: Mapping[str, tuple[int, int]], *, shifts: bool = False) -> str:
@@ -235,6 +240,8 @@ class Packing:
             row, component = scale_row[channel.name]
             scale = f"material_value(int(s.material_id), {row}).{'xyzw'[component]}"
             return f"{together} * {together} * {scale}"
+        if channel.name == _OCCLUSION:
+            return f"{together} * {together}"
         return together
 
     def glsl_type(self, channel: Channel) -> str:

@@ -23,12 +23,15 @@ _LIFT = 64.0 * float(np.finfo(np.float32).eps)
 
 
 class OcclusionCaster:
-    """Traces rays in one scene. Builds what it needs when it is first asked."""
+    """Traces rays in one scene. Builds what it needs when it is first asked.
+
+    Attributes:
+        rays: that leave from each place.
+    """
 
     def __init__(self, geometry: SceneGeometry, rays: int) -> None:
-        """`rays` leave from each place."""
         self._geometry = geometry
-        self._count = rays
+        self.rays = rays
 
     @cached_property
     def _frame(self) -> LocalFrame:
@@ -68,11 +71,11 @@ class OcclusionCaster:
         start = place + (_LIFT * reach)[:, None] * (_unit(eye - place) + up)
         rng = np.random.default_rng(camera.id)
         open_rays = np.zeros(len(place))
-        for _ in range(self._count):
+        for _ in range(self.rays):
             # Points of the unit sphere about the normal's tip lie in cosine-weighted directions.
             direction = _unit(up + _unit(rng.standard_normal(up.shape)))
             open_rays += self._caster.first_hit(start, direction).triangle < 0
-        return (open_rays / self._count).astype(np.float32)
+        return (open_rays / self.rays).astype(np.float32)
 
 
 def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -96,6 +96,18 @@ def test_albedos_err_by_half_a_display_step_of_their_brightest() -> None:
     assert np.abs(shown - exact).max() <= 0.5 / 255.0 + 1e-6
 
 
+def test_what_is_nearly_closed_keeps_its_share() -> None:
+    """Eight bits of the root: the error grows as the share's own root does."""
+    packing = make_packing(ChannelPlan(("depth", "ambient_occlusion"), {}, ("a",)))
+    share = np.geomspace(1e-5, 1.0, SIDE * SIDE, dtype=np.float32).reshape(SIDE, SIDE, 1)
+    pixels = packing.pack({"ambient_occlusion": share}, packing.textures[0], {})
+    stored = (np.rint(pixels[..., :1].astype(np.float64) * 255.0) / 255.0) ** 2
+    # Half a step, times the slope of the square, and half a step squared.
+    assert (np.abs(stored - share) <= np.sqrt(share) / 255.0 + 0.25 / 255.0**2 + 1e-7).all()
+    assert stored[-1, -1] == 1.0
+    assert "s.ambient_occlusion = t0.x * t0.x;" in packing.glsl({})
+
+
 def test_unit_vectors_survive_folding() -> None:
     rng = np.random.default_rng(5)
     normal = rng.normal(size=(100_000, 3))

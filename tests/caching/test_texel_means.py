@@ -123,9 +123,9 @@ def rendered_occlusion(monkeypatch: pytest.MonkeyPatch) -> list[NDArray[np.float
     """Ambient occlusion as Cycles rendered it, before it is smoothed."""
     seen: list[NDArray[np.float32]] = []
 
-    def spy(camera: Any, occlusion: Any, depth: Any, normal: Any) -> Any:
+    def spy(camera: Any, occlusion: Any, depth: Any, normal: Any, rays: int) -> Any:
         seen.append(occlusion)
-        return smooth_occlusion(camera, occlusion, depth, normal)
+        return smooth_occlusion(camera, occlusion, depth, normal, rays)
 
     monkeypatch.setattr(bake_camera, "smooth_occlusion", spy)
     return seen

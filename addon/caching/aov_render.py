@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Container, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,7 @@ from ..errors import InputError
 from ..scene.temporary_render import render_to
 from ..stopping import uninterrupted
 from ..temporary_folder import TemporaryFolder
+from .lights_off import lights_off
 from .plan import ChannelPlan
 from .specialize import AOV_PREFIX
 from .texel_means import COVERED, averaged_channels
@@ -295,17 +296,18 @@ def staged(
             _set_up_layer(stage, aovs, single, has_normal, has_cover)
             if sky is not None:
                 next(layer for layer in stage.view_layers if layer.use).lightgroups.add(name=_SKY)
-            yield Stage(
-                stage,
-                camera,
-                path,
-                plan.stored,
-                single=single,
-                has_normal=has_normal,
-                sky_rays=sky_rays,
-                averaged=averaged,
-                texel_samples=texel_samples,
-            )
+            with lights_off() if sky is not None else nullcontext():
+                yield Stage(
+                    stage,
+                    camera,
+                    path,
+                    plan.stored,
+                    single=single,
+                    has_normal=has_normal,
+                    sky_rays=sky_rays,
+                    averaged=averaged,
+                    texel_samples=texel_samples,
+                )
     finally:
         with uninterrupted():
             # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of

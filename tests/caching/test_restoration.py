@@ -191,6 +191,7 @@ PLACES = {
     "addon.caching.aov_render.render_to": 4,
     "addon.caching.aov_render.OpenEXR.File": 2,
     "addon.caching.aov_render._set_up_cycles": 1,
+    "addon.caching.aov_render.Stage": 1,
     "addon.scene.world_reader.render_to": 1,
     "addon.scene.world_reader._set_up": 1,
     "addon.caching.store.write_parts": 3,

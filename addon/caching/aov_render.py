@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Container, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,6 @@ from ..errors import InputError
 from ..scene.temporary_render import render_to
 from ..stopping import uninterrupted
 from ..temporary_folder import TemporaryFolder
-from .lights_off import lights_off
 from .plan import ChannelPlan
 from .specialize import AOV_PREFIX
 from .texel_means import COVERED, averaged_channels
@@ -47,7 +46,7 @@ _LEAST_FILTER = 0.01
 _SKY = "relume_sky"
 
 # Kinds of data-blocks that a bake makes, beside its stage's.
-_MADE = ("images", "materials", "node_groups")
+_MADE = ("images", "lights", "materials", "node_groups")
 
 
 @dataclass(frozen=True)
@@ -296,18 +295,17 @@ def staged(
             _set_up_layer(stage, aovs, single, has_normal, has_cover)
             if sky is not None:
                 next(layer for layer in stage.view_layers if layer.use).lightgroups.add(name=_SKY)
-            with lights_off() if sky is not None else nullcontext():
-                yield Stage(
-                    stage,
-                    camera,
-                    path,
-                    plan.stored,
-                    single=single,
-                    has_normal=has_normal,
-                    sky_rays=sky_rays,
-                    averaged=averaged,
-                    texel_samples=texel_samples,
-                )
+            yield Stage(
+                stage,
+                camera,
+                path,
+                plan.stored,
+                single=single,
+                has_normal=has_normal,
+                sky_rays=sky_rays,
+                averaged=averaged,
+                texel_samples=texel_samples,
+            )
     finally:
         with uninterrupted():
             # Frees what Cycles keeps between cameras. Blender would keep a dependency graph of
@@ -335,7 +333,7 @@ def _white_sky() -> Any:
 @contextmanager
 def without_new_pictures() -> Iterator[None]:
     """Removes the image block, Render Result, that the first render in a file makes; and copies
-    of materials and their groups that an error has left in the middle of being made."""
+    of materials, their groups and lights that an error has left in the middle of being made."""
     known = {block.session_uid for kind in _MADE for block in getattr(bpy.data, kind)}
     try:
         yield

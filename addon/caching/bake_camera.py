@@ -33,9 +33,9 @@ _ALL_LAYERS = 1 << 20
 # more.
 _MARGIN = 2
 
-# Texels beside these that have a say in them: by the filter of ambient occlusion, and less by the
-# means.
-_BESIDE = REACH
+# Texels beside these that have a say in them: by the filter of ambient occlusion, and by what mends
+# each of its texels. That of the means reaches less far.
+_BESIDE = REACH + 1
 
 
 def bake_camera(
@@ -125,7 +125,7 @@ def _picture(
     if "ambient_occlusion" in channels:
         share, surface = channels["ambient_occlusion"], (channels["depth"], channels["normal"])
         if not stage.measures_sky:
-            share = without_edge_hits(camera, share, *surface)
+            share = without_edge_hits(camera, share, *surface, occlusion.rays)
         channels["ambient_occlusion"] = smooth_occlusion(camera, share, *surface, occlusion.rays)
     return DeepFramebuffer(camera, channels)
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import time
 from collections import Counter, defaultdict
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +18,7 @@ from .aov_render import staged
 from .bake_camera import bake_camera
 from .file_record import FileRecord
 from .framebuffer import DeepFramebuffer
+from .lights_off import lights_off
 from .plan import ChannelPlan
 from .ray_occlusion import OcclusionCaster
 from .scene_state import SceneState
@@ -89,10 +91,16 @@ class CamerasBake:
         sight_seconds = write_seconds = 0.0
         has_default = NO_MATERIAL in plan.material_names
         sky_rays = self.ambient_rays if needs_sky(plan, self.materials) else 0
-        with staged(
-            self.scene, plan, has_normal=has_default, sky_rays=sky_rays,
-            texel_samples=self.texel_samples,
-        ) as stage:  # fmt: skip
+        with (
+            lights_off() if sky_rays else nullcontext(),
+            staged(
+                self.scene,
+                plan,
+                has_normal=has_default,
+                sky_rays=sky_rays,
+                texel_samples=self.texel_samples,
+            ) as stage,
+        ):
             for number, camera in enumerate(cameras, start=1):
                 done = len(timed)
                 left = time_left(timed, texels[done:])

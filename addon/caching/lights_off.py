@@ -18,19 +18,18 @@ from ..stopping import uninterrupted
 
 @contextmanager
 def lights_off() -> Iterator[None]:
-    """Dark copies of all lights in their place while the block runs.
+    """Dark copies of the file's own lights in their place while the block runs; linked ones stay.
 
-    All of their settings are the lights' own, which drivers may read: only what they shine is gone.
+    All of their settings and nodes are the lights' own, which drivers may read: only the link to
+    their output is gone.
     """
     swapped: list[tuple[Any, Any]] = []
     try:
-        for light in tuple(bpy.data.lights):
+        for light in [each for each in bpy.data.lights if each.library is None]:
             dark = light.copy()
             swapped.append((light, dark))
             dark.use_fake_user = False
-            # A shader without a surface: Cycles leaves the light out.
-            dark.use_nodes = True
-            dark.node_tree.nodes.clear()
+            _darken(dark)
             light.user_remap(dark)
         yield
     finally:
@@ -38,3 +37,14 @@ def lights_off() -> Iterator[None]:
             for light, dark in swapped:
                 dark.user_remap(light)
             bpy.data.batch_remove([dark for _, dark in swapped])
+
+
+def _darken(light: Any) -> None:
+    """Give a light a shader without a surface: Cycles leaves it out."""
+    if light.node_tree is None:
+        light.use_nodes = True
+    tree = light.node_tree
+    for node in tree.nodes:
+        if node.bl_idname == "ShaderNodeOutputLight":
+            for link in list(node.inputs["Surface"].links):
+                tree.links.remove(link)

@@ -27,8 +27,8 @@ _STEPS = (1, 2, 4, 8, 16)
 # The largest distance, in texels, from which a value comes.
 REACH = (len(_SPLINE) - 1) * sum(_STEPS)
 
-# A tap counts for nothing when its value is more than five standard errors off. Two that are equal
-# but for their noise are on average sqrt(2) apart, and more than five in 2500 pairs once.
+# A tap counts for nothing when its value is more than five standard errors off. Two with rays of
+# their own that are equal but for their noise are more than that apart in one of 2500 pairs.
 _ERRORS = 5.0
 
 # A tap counts for nothing when it is seen from the texel more than 15 degrees off its plane, or
@@ -37,8 +37,9 @@ _ERRORS = 5.0
 _OFF_PLANE = float(np.sin(np.radians(15.0)))
 _NORMALS_AGREE = float(np.cos(np.radians(25.0)))
 
-# Where so much is open, four rays are all blocked by chance once in 600 times.
-_NEARLY_OPEN = np.float32(0.8)
+# All rays of a texel are blocked by chance so seldom where it is told by its neighbours that they
+# began on an edge: with four rays where 0.8 are open, with eight where 0.55.
+_BY_CHANCE = 1.0 / 600.0
 
 # Rows and columns from a texel to its eight neighbours.
 _AROUND = tuple((i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0))
@@ -67,19 +68,19 @@ def smooth_occlusion(
     facing = _facing(camera, normal)
     hit = depth[..., 0] > 0.0
     values = np.ascontiguousarray(occlusion[..., 0])
+    # How much of the filter so far lies on a texel's own surface.
+    kept = np.ones_like(values)
     variance = 0.0
     for step in _STEPS:
-        count = _rays_together(rays, variance)
+        # The rays of each value, as under a Gaussian of this variance; a texel's own at the least.
+        count = np.maximum(np.float32(4.0 * np.pi * variance) * kept, np.float32(1.0)) * rays
         for axis in (0, 1):
-            values = _blur(values, place, facing, hit, step, axis, count)
+            values, share = _blur(
+                values, place, facing, hit, step, axis, None if variance == 0.0 else count
+            )
+            kept *= share
         variance += step * step
     return values[..., None]
-
-
-def _rays_together(rays: int, variance: float) -> float:
-    """How many rays the mean under a Gaussian of so many square texels has; 0 for a texel alone,
-    whose rays are too few to judge by."""
-    return rays * 4.0 * np.pi * variance
 
 
 def without_edge_hits(
@@ -87,6 +88,7 @@ def without_edge_hits(
     occlusion: NDArray[np.float32],
     depth: NDArray[np.float32],
     normal: NDArray[np.float32],
+    rays: int,
 ) -> NDArray[np.float32]:
     """What Cycles' Ambient Occlusion node gives on the edge between two triangles, put right.
 
@@ -97,16 +99,18 @@ def without_edge_hits(
 
     Args:
         camera: that sees them, with resolution R.
-        occlusion: (R, R, 1) of the node, each texel the mean of four rays or more.
+        occlusion: (R, R, 1) of the node.
         depth: (R, R, 1) metres, 0 where nothing is hit.
         normal: (R, R, 3) world space, unit length where something is hit.
+        rays: from each texel, four or more, whose open share `occlusion` is.
 
     Returns:
         (R, R, 1) float32.
     """
     values, hit = occlusion[..., 0], depth[..., 0] > 0.0
     is_open = hit & (values > 0.0)
-    nearly = hit & (values >= _NEARLY_OPEN)
+    open_enough = np.float32(1.0 - _BY_CHANCE ** (1.0 / rays))
+    nearly = hit & (values >= open_enough)
     row, column = np.nonzero(hit & ~is_open & maximum_filter(nearly, 3))
     place, facing = _places(camera, depth[..., 0]), _facing(camera, normal)
     total, count = np.zeros((2, len(row)), dtype=np.float32)
@@ -122,7 +126,7 @@ def without_edge_hits(
         counts = inside & is_open[r, c] & (same > 0.0)
         total += counts * values[r, c]
         count += counts
-    wrong = (count > 1.0) & (total >= _NEARLY_OPEN * count)
+    wrong = (count > 1.0) & (total >= open_enough * count)
     result = values.copy()
     result[row[wrong], column[wrong]] = total[wrong] / count[wrong]
     return result[..., None]
@@ -149,12 +153,16 @@ def _blur(  # noqa: PLR0917 - one pass's arrays, in the order of `smooth_occlusi
     hit: NDArray[np.bool_],
     step: int,
     axis: int,
-    rays: float,
-) -> NDArray[np.float32]:
-    """One pass along rows (axis 1) or columns (axis 0). `rays` are those of each value, by which
-    its noise is known; 0 to let all values count."""
+    rays: NDArray[np.float32] | None,
+) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """One pass along rows (axis 1) or columns (axis 0), with taps `step` texels apart.
+
+    `rays` are those of each value, by which its noise is known; None lets all values count. Gives
+    the values' means, and the share of the taps' weights that lies on one surface.
+    """
     total = _SPLINE[0] * values
     weight = np.full_like(values, _SPLINE[0])
+    share = weight.copy()
     for count, spline in enumerate(_SPLINE[1:], start=1):
         if count * step >= values.shape[axis]:
             continue
@@ -165,22 +173,26 @@ def _blur(  # noqa: PLR0917 - one pass's arrays, in the order of `smooth_occlusi
         # The same for both texels of a pair, so each pair is looked at once.
         same = spline * _continues(place[:, *a] - place[:, *b], facing[:, *a], facing[:, *b])
         same *= hit[a] & hit[b]
-        if rays > 0.0:
-            same *= _agree(values[a], values[b], rays)
+        share[a] += same
+        share[b] += same
+        if rays is not None:
+            same *= _agree(values[a], values[b], np.minimum(rays[a], rays[b]))
         total[a] += same * values[b]
         total[b] += same * values[a]
         weight[a] += same
         weight[b] += same
-    return total / weight
+    return total / weight, share
 
 
-def _agree(a: NDArray[np.float32], b: NDArray[np.float32], rays: float) -> NDArray[np.float32]:
+def _agree(
+    a: NDArray[np.float32], b: NDArray[np.float32], rays: NDArray[np.float32]
+) -> NDArray[np.float32]:
     """How far two open shares may be one, by their rays' noise: 1 if they are equal."""
     # Of none or all rays the noise is that of half a ray, not zero.
-    least = np.float32(0.5 / rays)
+    least = np.float32(0.5) / rays
     mean = np.clip(np.float32(0.5) * (a + b), least, np.float32(1.0) - least)
     # The square of a standard error is that of the binomial distribution.
-    apart = (a - b) ** 2 * np.float32(rays / _ERRORS**2)
+    apart = (a - b) ** 2 * rays / np.float32(_ERRORS**2)
     return np.maximum(np.float32(1.0) - apart / (mean * (1.0 - mean)), np.float32(0.0))
 
 

@@ -10,7 +10,7 @@ Every component takes the least that keeps its error out of sight:
   material has. The root spreads the steps as a display does, so the error is at most half a step
   of 255 beside that material's brightest texel, whatever light falls on it;
 - ambient occlusion takes 8 bits, as the square root: in a room with a window all light may come
-  through a hundredth of the hemisphere, and the root's steps shrink as the noise of its rays does;
+  through a hundredth of the hemisphere, and there the root's steps shrink as its rays' noise does;
 - all else is half, and float32 where half does not hold it (see `precision`).
 """
 
@@ -169,7 +169,7 @@ class Packing:
             share = values / np.where(largest > 0.0, largest, np.float32(1.0))
             return np.sqrt(np.maximum(share, 0.0))
         if name == _OCCLUSION:
-            return np.sqrt(values)
+            return np.sqrt(np.maximum(values, 0.0))
         return values
 
     def glsl(self, scale_row: Mapping[str, tuple[int, int]], *, shifts: bool = False) -> str:

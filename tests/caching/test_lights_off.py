@@ -10,7 +10,7 @@ from typing import Any
 import bpy
 import pytest
 
-from addon.caching import aov_render
+from addon.caching import bake_cameras
 from addon.caching.lights_off import lights_off
 
 from .material_grid import add_plane, bake, camera_above, empty_material, empty_scene, node_in
@@ -48,7 +48,16 @@ def test_no_light_shines(scene: Any, tmp_path: Path) -> None:
     assert emission_of(scene, CAMERA, tmp_path).min() > 0.1
 
 
-def test_what_reads_a_lights_energy_reads_it_still(scene: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("light", "path", "value"),
+    [
+        ("POINT", "energy", 50.0),
+        ("with nodes", 'node_tree.nodes["Emission"].inputs["Strength"].default_value', 7.0),
+    ],
+)
+def test_what_reads_a_light_reads_it_still(
+    scene: Any, tmp_path: Path, light: str, path: str, value: float
+) -> None:
     """A lamp's shade that glows as its light does."""
     material, surface = empty_material("shade")
     glow = node_in(material.node_tree, "ShaderNodeEmission")
@@ -56,10 +65,12 @@ def test_what_reads_a_lights_energy_reads_it_still(scene: Any, tmp_path: Path) -
     driver = glow.inputs["Strength"].driver_add("default_value").driver
     driver.type = "SUM"
     target = driver.variables.new().targets[0]
-    target.id_type, target.id, target.data_path = "LIGHT", bpy.data.lights["POINT"], "energy"
+    target.id_type, target.id, target.data_path = "LIGHT", bpy.data.lights[light], path
     add_plane(scene, "shade", (0.0, 0.0, 1.0), material, size=20.0)
     with lights_off():
-        assert emission_of(scene, CAMERA, tmp_path) == pytest.approx(50.0)
+        assert emission_of(scene, CAMERA, tmp_path) == pytest.approx(value)
+    assert emission_of(scene, CAMERA, tmp_path) == pytest.approx(value)
+    assert driver.is_valid
 
 
 def test_a_bake_is_the_same(scene: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -74,11 +85,17 @@ def test_a_bake_is_the_same(scene: Any, tmp_path: Path, monkeypatch: pytest.Monk
         tree.links.new(node_in(tree, kind).outputs[0], mixed.inputs[number])
     tree.links.new(mixed.outputs[0], surface)
     add_plane(scene, "mask", (0.3, 0.2, 0.5), material, size=2.0)
-    found = []
-    for number, block in enumerate((lights_off, nullcontext)):
-        monkeypatch.setattr(aov_render, "lights_off", block)
-        store, _ = bake(scene, [CAMERA], tmp_path / str(number))
+    found, asked = [], []
+    for block in (lights_off, nullcontext):
+
+        def spy(block: Any = block) -> Any:
+            asked.append(block)
+            return block()
+
+        monkeypatch.setattr(bake_cameras, "lights_off", spy)
+        store, _ = bake(scene, [CAMERA], tmp_path / str(len(asked)))
         found.append(store.read_camera(0).channels)
+    assert asked == [lights_off, nullcontext]
     off, on = found
     assert 0.1 < off["ambient_occlusion"].mean() < 1.0
     for name, values in off.items():

@@ -113,6 +113,20 @@ def test_a_shadow_on_a_wall_stays_where_it_is() -> None:
     assert lit.mean(axis=0).min() > 0.88
 
 
+@pytest.mark.parametrize("width", [1, 2, 3, 5])
+def test_what_is_thin_shares_all_of_its_rays(width: int) -> None:
+    """Strips three texels apart: the noise of what they share, not of a wall as wide as the
+    filter, says which values may be one."""
+    view, depth, normal = plane(2 * SIZE)
+    strip = np.arange(2 * SIZE) % (width + 3) < width
+    depth[:, ~strip] = 0.0
+    rays = np.random.default_rng(7).random((2 * SIZE, 2 * SIZE, 4)) < 0.5
+    share = rays.mean(axis=-1, keepdims=True).astype(np.float32) * strip[None, :, None]
+    noise = smooth_occlusion(view, share, depth, normal, 4)[:, strip].std()
+    # Along one strip by itself the filter has sqrt(4 pi) 18.5 texels' rays in each column.
+    assert noise < 1.3 * 0.5 / np.sqrt(4 * width * np.sqrt(4.0 * np.pi) * 18.5)
+
+
 def test_where_nothing_is_hit_nothing_is_taken() -> None:
     """Half of the picture is empty: neither side reads the other."""
     view, depth, normal = plane(SIZE)
@@ -132,13 +146,27 @@ def test_rays_that_began_on_an_edge_leave_no_line(
     value = np.full((SIZE, SIZE, 1), 0.9, dtype=np.float32)
     edge = value.copy()
     edge[np.arange(SIZE), np.arange(SIZE)] = 0.0
-    mended = without_edge_hits(view, edge, depth, normal)
+    mended = without_edge_hits(view, edge, depth, normal, 4)
     smooth = [smooth_occlusion(view, v, depth, normal, 4) for v in (value, mended)]
     # A rounding of the mean of six equal numbers.
     assert np.abs(smooth[0] - smooth[1]).max() < 1e-6
     half = np.where(np.random.default_rng(1).random(value.shape) < 0.5, 0.0, 0.7)
     half = half.astype(np.float32)
-    assert (without_edge_hits(view, half, depth, normal) == half).all()
+    assert (without_edge_hits(view, half, depth, normal, 4) == half).all()
+
+
+@pytest.mark.parametrize(("rays", "share"), [(4, 0.85), (8, 0.6)])
+def test_more_rays_tell_edges_where_less_is_open(
+    corner: tuple[CachingCamera, dict[str, NDArray[np.float32]]], rays: int, share: float
+) -> None:
+    view, channels = corner
+    depth, normal = channels["depth"], channels["normal"]
+    value = np.full((SIZE, SIZE, 1), share, dtype=np.float32)
+    edge = value.copy()
+    edge[:, SIZE // 2] = 0.0
+    mended = without_edge_hits(view, edge, depth, normal, rays)
+    assert (mended[:, SIZE // 2] == 0.0).mean() < 0.1
+    assert (without_edge_hits(view, edge, depth, normal, rays // 2) == edge).all()
 
 
 def test_what_is_dark_before_the_sky_stays_dark(
@@ -153,7 +181,7 @@ def test_what_is_dark_before_the_sky_stays_dark(
     is_cube = (np.abs(place - (1.2, 0.9, -0.6)) < 0.2501).all(axis=-1, keepdims=True)
     assert 0.02 < is_cube.mean() < 0.5
     value = np.where(is_cube, 0.0, 1.0).astype(np.float32)
-    assert (without_edge_hits(view, value, depth, normal) == value).all()
+    assert (without_edge_hits(view, value, depth, normal, 4) == value).all()
 
 
 def test_cycles_leaves_no_line_on_the_diagonal_of_a_plane(tmp_path: Path) -> None:

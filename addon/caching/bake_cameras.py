@@ -25,6 +25,10 @@ from .scene_state import SceneState
 from .seen_surfaces import Seen, SurfaceSight
 from .specialize import SpecializedMaterial, needs_sky
 
+# Rays of ambient occlusion from a texel, at most, where Cycles looks through each leaf on their way:
+# they take twenty times as long as among what is solid.
+_MOST_TO_SKY = 8
+
 # Puts a picture, and what it shows, where it belongs.
 Keep = Callable[[DeepFramebuffer, Seen], FileRecord]
 
@@ -59,7 +63,7 @@ class CamerasBake:
         state: as it is at this frame.
         plan: of its materials.
         materials: what `plan` numbers.
-        ambient_rays: rays of ambient occlusion from each texel; 0 for none.
+        ambient_rays: rays of ambient occlusion from each texel, at most; 0 for none.
         texel_samples: of each texel, whose mean its colours are.
         tells_what_is_seen: whether it is found out what the pictures show; takes its time.
     """
@@ -86,18 +90,19 @@ class CamerasBake:
         texels = [camera.resolution**2 for camera in cameras]
         timed: list[tuple[int, float]] = []
         plan, geometry = self.plan, self.state.geometry
-        occlusion = OcclusionCaster(geometry, self.ambient_rays)
+        in_sky = needs_sky(plan, self.materials)
+        rays = min(self.ambient_rays, _MOST_TO_SKY) if in_sky else self.ambient_rays
+        occlusion = OcclusionCaster(geometry, rays)
         sight = SurfaceSight(geometry, self.state.states)
         sight_seconds = write_seconds = 0.0
         has_default = NO_MATERIAL in plan.material_names
-        sky_rays = self.ambient_rays if needs_sky(plan, self.materials) else 0
         with (
-            lights_off() if sky_rays else nullcontext(),
+            lights_off() if in_sky else nullcontext(),
             staged(
                 self.scene,
                 plan,
                 has_normal=has_default,
-                sky_rays=sky_rays,
+                sky_rays=rays if in_sky else 0,
                 texel_samples=self.texel_samples,
             ) as stage,
         ):

@@ -25,8 +25,8 @@ from .scene_state import SceneState
 from .seen_surfaces import Seen, SurfaceSight
 from .specialize import SpecializedMaterial, needs_sky
 
-# Rays of ambient occlusion from a texel, at most, where Cycles looks through each leaf on their way:
-# they take twenty times as long as among what is solid.
+# Rays of ambient occlusion from a texel, at most, where Cycles looks through each leaf on their
+# way: they take twenty times as long as among what is solid.
 _MOST_TO_SKY = 8
 
 # Puts a picture, and what it shows, where it belongs.

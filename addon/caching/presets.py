@@ -29,8 +29,8 @@ class Fineness:
 
 
 # The rays of hundreds of texels come together in `occlusion_filter`, so that four already leave a
-# standard error below 0.02 where half is open. In a room with a window a few hundredths are open, and
-# it takes 32 for an error of 2 % of that. They are a third of a bake of a plain room.
+# standard error below 0.02 where half is open. In a room with a window a few hundredths are open,
+# and it takes 32 for an error of 2 % of that. They are a third of a plain room's bake.
 PRESETS: dict[Preset, Fineness] = {
     "draft": Fineness(512, 4, 1, "Small pictures: quick to bake, soft where the view is close"),
     "balanced": Fineness(1024, 8, 4, "For lighting work"),

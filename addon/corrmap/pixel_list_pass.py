@@ -97,10 +97,20 @@ _PICK = PassShader(
 
 
 class PixelListPass:
-    """Tells which hits are strays, for a `ListBuilder`."""
+    """Tells which hits are strays, for a `ListBuilder`.
 
-    def __init__(self, looks: ViewLooks, bent: BentSurfaces | None = None) -> None:
+    Args:
+        looks: the view's.
+        bent: what has highlights that are narrower than a pixel.
+        shares: whether pixels share the samples of what both see, as they always do through a lens
+            or a shutter.
+    """
+
+    def __init__(
+        self, looks: ViewLooks, bent: BentSurfaces | None = None, *, shares: bool = True
+    ) -> None:
         self._looks = looks
+        self._shares = shares or looks.is_blurred
         # Through a lens or a shutter a pixel's hits lie in other pixels.
         self._bent = None if looks.is_blurred else bent
         blurred = _STRAY_BLURRED if looks.is_blurred else _STRAY
@@ -213,8 +223,11 @@ class PixelListPass:
         film = self._looks.film(k, pixel, position)
         # Where the pixel itself has been moved to, by the lens or by motion.
         moved = film - np.array(self._looks.offset(k)) if self._looks.is_blurred else None
-        bent = None if is_sheer else self._bent
-        alone = None if bent is None else bent.at(hits, position, triangle)
+        alone = None
+        if not self._shares:
+            alone = np.ones(len(pixel), dtype=np.bool_)
+        elif self._bent is not None and not is_sheer:
+            alone = self._bent.at(hits, position, triangle)
         builder.add(
             pixel, position, normal[:, :3], triangle, film, moved=moved, alone=alone, weight=weight
         )

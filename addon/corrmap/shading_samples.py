@@ -55,6 +55,12 @@ GATHERED = 64
 # lost.
 _LOOKS_TOGETHER = 8
 
+# With more visibility samples than these each pixel has its own shading samples of all that it
+# sees. A shared one is shaded all over the pixel that its surface fills; a neighbour sees an edge of
+# it, and where a shadow lies along that edge, gets too much light. It takes as many samples to see
+# that for all else that is random, and a sixth more of shading ones.
+_SHARED = 64
+
 # Position, normal and triangle.
 _BYTES_OF_LOOK = 40
 
@@ -276,7 +282,7 @@ class ShadingSamples:
 
     @cached_property
     def _pass(self) -> PixelListPass:
-        return PixelListPass(self._looks, self._bent)
+        return PixelListPass(self._looks, self._bent, shares=self._visibility <= _SHARED)
 
     @property
     def _gather_count(self) -> int:

@@ -344,3 +344,17 @@ def test_samples_are_shaded_where_pixels_see_them(room: Room) -> None:
     # How far from the middle towards what is seen they are shaded, 1 for all of the way.
     way = (shaded[partly] * seen).sum() / (seen * seen).sum()
     assert way == pytest.approx(1.0, abs=0.1)
+
+
+def test_many_samples_are_each_pixels_own(room: Room) -> None:
+    """Where a shadow lies along an edge, the mean over a neighbour's pixel is not this one's."""
+    session = open_session(room, 2, 65)
+    session.set_lights([KEY])
+    session.render()
+    lists = session._sampler.lists.lists
+    pixels = lists.height * lists.width
+    pixel = np.repeat(np.arange(pixels), lists.count)
+    cell = np.concatenate([np.arange(pixels), lists.cell])
+    assert len(pixel) > pixels / 50
+    assert (cell[lists.sample] == pixel).all()
+    assert lists.samples_per_pixel < 1.2

@@ -12,8 +12,8 @@ time that a surface is met there. So samples are shared by all pixels that see t
 further ones only where a cell holds more than one surface.
 
 Where a highlight is narrower than a pixel (`bent_surfaces`), the pixels that see one facet see
-unlike parts of it: samples of such facets are each pixel's own, and shaded where it hits them. So are
-all strays of pictures of many samples (`shading_samples`).
+unlike parts of it: samples of such facets are each pixel's own, and shaded where it hits them. So
+are all strays of pictures of many samples (`shading_samples`).
 """
 
 from __future__ import annotations

@@ -55,10 +55,10 @@ GATHERED = 64
 # lost.
 _LOOKS_TOGETHER = 8
 
-# With more visibility samples than these each pixel has its own shading samples of all that it
-# sees. A shared one is shaded all over the pixel that its surface fills; a neighbour sees an edge of
-# it, and where a shadow lies along that edge, gets too much light. It takes as many samples to see
-# that for all else that is random, and a sixth more of shading ones.
+# With more visibility samples than these each pixel has shading samples of its own of all that it
+# sees. A shared one is shaded all over the pixel that its surface fills; a neighbour that sees an
+# edge of it gets too much light where a shadow lies along that edge. With fewer, noise hides that,
+# and shared ones are a sixth less.
 _SHARED = 64
 
 # Position, normal and triangle.

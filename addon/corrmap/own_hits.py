@@ -46,6 +46,12 @@ class OwnHits:
     def __len__(self) -> int:
         return len(self.sample)
 
+    def some(self, chosen: NDArray[np.bool_]) -> OwnHits:
+        """Those that are chosen (K,)."""
+        return OwnHits(
+            self.sample[chosen], self.position[chosen], self.normal[chosen], self.triangle[chosen]
+        )
+
     def textures(self, width: int, height: int) -> dict[str, Texture]:
         """By the names in `OWN_HIT_SAMPLERS`; `hit_range` is as large as the samples' atlas, and
         has of each the first hit's number and how many there are."""
@@ -64,13 +70,20 @@ class OwnHits:
 class OwnHitsBuilder:
     """Takes hits as they come.
 
+    When there are too many, those of the samples that are hit most are let go, and no more of these
+    are taken: what visibility samples hit often, one of each group of them hits, and there it is
+    shaded then (`shading_samples`).
+
     Args:
-        most: how many there may be; more are left out.
+        most: how many are kept.
     """
 
     def __init__(self, most: int = 1 << 22) -> None:
         self._most = most
-        self._count = 0
+        self._kept = 0
+        # Of each sample, how often it was hit, and whether its hits are let go.
+        self._count = np.zeros(0, dtype=np.int64)
+        self._is_let_go = np.zeros(0, dtype=np.bool_)
         self._parts = [
             OwnHits(
                 np.zeros(0, dtype=np.int64),
@@ -79,19 +92,38 @@ class OwnHitsBuilder:
         ]
 
     def add(self, hits: OwnHits) -> None:
-        """Take some of one visibility sample."""
-        if self._count + len(hits) <= self._most:
-            self._count += len(hits)
-            self._parts.append(hits)
+        """Take those of one visibility sample."""
+        if not len(hits):
+            return
+        more = int(hits.sample.max()) + 1 - len(self._count)
+        if more > 0:
+            self._count = np.pad(self._count, (0, more))
+            self._is_let_go = np.pad(self._is_let_go, (0, more))
+        hits = hits.some(~self._is_let_go[hits.sample])
+        self._count += np.bincount(hits.sample, minlength=len(self._count))
+        self._parts.append(hits)
+        self._kept += len(hits)
+        if self._kept > self._most:
+            self._let_go()
 
     def finish(self) -> OwnHits:
-        """All of them."""
-        order = np.argsort(np.concatenate([part.sample for part in self._parts]), kind="stable")
+        """All that are kept."""
         sample, *values = (
-            np.concatenate([getattr(part, name) for part in self._parts])[order]
+            np.concatenate([getattr(part, name) for part in self._parts])
             for name in ("sample", "position", "normal", "triangle")
         )
-        return OwnHits(sample, *values)
+        order = np.argsort(sample, kind="stable")
+        return OwnHits(sample[order], *(value[order] for value in values))
+
+    def _let_go(self) -> None:
+        """Let hits of the most hit samples go, until there is room for as many again."""
+        count = np.where(self._is_let_go, 0, self._count)
+        of_count = np.bincount(count)
+        total = np.cumsum(of_count * np.arange(len(of_count)))
+        kept = int(np.searchsorted(total, self._most // 2, "right")) - 1
+        self._is_let_go |= count > kept
+        self._parts = [part.some(~self._is_let_go[part.sample]) for part in self._parts]
+        self._kept = sum(len(part) for part in self._parts)
 
 
 def _in_rows(values: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -238,7 +238,7 @@ class RELUME_PG_settings(bpy.types.PropertyGroup):
             default=True,
         ),
         "sharpen_views": bpy.props.BoolProperty(
-            name="Sharpen Close Views",
+            name="Sharpen Views",
             description="With the holes, have Cycles bake what the caching cameras show too "
             "coarsely for a view: with less than one of their texels to a pixel, since it is "
             "nearer than they are",

@@ -148,10 +148,6 @@ class GatherPass:
         self._cameras = camera_table(pages.cameras, pages.numbers, origin, pages.scale_shifts)
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
-        self._programs = [
-            self._program(self._outputs[start : start + MAX_COLOR_SLOTS])
-            for start in range(0, len(self._outputs), MAX_COLOR_SLOTS)
-        ]
 
     @property
     def has_normals(self) -> bool:
@@ -163,7 +159,7 @@ class GatherPass:
         """The same of `VisibleSurface.bend`."""
         return self._bends is not None
 
-    def _program(self, outputs: Sequence[str]) -> ShaderProgram:
+    def _program(self, outputs: Sequence[str], *, has_cells: bool) -> ShaderProgram:
         """Writes some of the outputs; the others are variables that nothing reads."""
         pages = self._pages
         unread = "".join(f"vec4 {name};\n" for name in self._outputs if name not in outputs)
@@ -175,12 +171,14 @@ class GatherPass:
                 *pages.defines,
                 *((_SHIFTS,) if pages.shifts_scales else ()),
                 *((("HAS_CORNER_NORMALS", "1"),) if self._normals is not None else ()),
+                *((("HAS_CELLS", "1"),) if has_cells else ()),
             ),
             generated=unread + pages.glsl(),
             samplers=(
                 *_VISIBLE_SAMPLERS,
                 *((("visible_shading_normal", "FLOAT_2D"),) if self._normals is not None else ()),
                 ("correspondence", "FLOAT_2D"),
+                *((("sample_cell", "FLOAT_2D"),) if has_cells else ()),
                 *CAMERA_SAMPLERS,
                 *pages.samplers,
             ),
@@ -192,9 +190,17 @@ class GatherPass:
         visible: VisibleSurface,
         correspondence: CorrespondenceMap,
         onto: SurfaceBuffer | None = None,
+        cells: Texture | None = None,
     ) -> SurfaceBuffer:
-        """The view's surfaces, holes filled; their values are added to those of `onto`, if given,
-        and come back in its textures."""
+        """The view's surfaces, holes filled.
+
+        Args:
+            visible: what is seen.
+            correspondence: of the same.
+            onto: the values are added to those of these, if given, and come back in its textures.
+            cells: RG32F, of an atlas of shading samples: the pixels of the picture where those of
+                the rows above it lie; None where all is a picture.
+        """
         width, height = visible.position.width, visible.position.height
         targets = [texture_2d(width, height) for _ in self._outputs]
         if onto is not None:
@@ -208,11 +214,13 @@ class GatherPass:
         }
         if self._normals is not None:
             textures["visible_shading_normal"] = self._normals.draw(visible)
+        if cells is not None:
+            textures["sample_cell"] = cells
         with nullcontext() if onto is None else adding():
-            for part, program in enumerate(self._programs):
-                start = part * MAX_COLOR_SLOTS
-                target = framebuffer(targets[start : start + MAX_COLOR_SLOTS])
-                program.draw_fullscreen(target, textures, {})
+            for start in range(0, len(targets), MAX_COLOR_SLOTS):
+                part = slice(start, start + MAX_COLOR_SLOTS)
+                program = self._program(self._outputs[part], has_cells=cells is not None)
+                program.draw_fullscreen(framebuffer(targets[part]), textures, {})
         return SurfaceBuffer(
             width=width,
             height=height,

@@ -251,16 +251,17 @@ class PixelListTextures:
 
     Attributes:
         lists: the same as arrays.
-        place: RG32F, for each pixel the row of the entries where its list begins, and its length
-            times the width of a row and the column.
+        place: RGBA32F, for each pixel the row and column of the entries where its list begins, and
+            its length.
         entries: RG32F, sample numbers and weights; RGBA32F of weights in colours.
     """
 
     def __init__(self, lists: PixelLists) -> None:
         self.lists = lists
         row, column = np.divmod(lists.first, _ROW)
-        place = np.stack([row, column + _ROW * lists.count], axis=1).astype(np.float32)
-        self.place = texture_from_array(place.reshape(lists.height, lists.width, 2), "RG32F")
+        place = np.stack([row, column, lists.count, np.zeros_like(row)], axis=1)
+        shape = (lists.height, lists.width, 4)
+        self.place = texture_from_array(place.astype(np.float32).reshape(shape), "RGBA32F")
         numbers = lists.sample.astype(np.float32)[:, None]
         weight = lists.weight if lists.is_tinted else lists.weight[:, None]
         self.entries = _rows(np.concatenate([numbers, weight], axis=1))
@@ -270,7 +271,7 @@ class PixelListTextures:
         """Bytes of the GPU's memory."""
         entry = 16 if self.lists.is_tinted else 8
         sizes = (int(t.width) * int(t.height) for t in (self.place, self.entries))
-        return sum(size * each for size, each in zip(sizes, (8, entry), strict=True))
+        return sum(size * each for size, each in zip(sizes, (16, entry), strict=True))
 
     def textures(self) -> dict[str, Texture]:
         """By the names of resolve.glsl."""

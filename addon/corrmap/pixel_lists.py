@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 from .own_hits import OwnHits, OwnHitsBuilder
 from .same_surface import same_surface
 
-# Samples that a cell has at most; what else is met there counts for the nearest one.
+# Samples that a cell has at most, besides those of sheer layers at its middle; what else is met
+# there counts for the nearest one.
 MOST_IN_CELL = 16
 
 # The lower of two numbers in one key; there are fewer than 2^31 of either.
@@ -92,7 +93,8 @@ class ListBuilder:
     Args:
         position: (H, W, 4) float32: what the cells' middles see, as `VisibleSurface.position`.
         normal: (H, W, 3) float32: as `VisibleSurface.normal`.
-        most: samples that there may be; beyond, hits count for the nearest one of their cell.
+        most: samples that there may be; beyond, hits count for the nearest one of their cell, see
+            `lacks_room`.
         layers: what the cells' middles see of sheer layers, nearest first: positions, normals
             and triangles, (H, W, 4), (H, W, 3) and (H, W, 2) float32. Each cell has a sample of
             each layer that is there. None for lists without colours.
@@ -117,6 +119,7 @@ class ListBuilder:
         # A cell's samples: its own, and from each the number of the next, or -1.
         self._next = np.full(self._pixels, -1, dtype=np.int64)
         self._crowd = np.ones(self._pixels, dtype=np.uint8)
+        self._lacks_room = False
         self._visibility = 0
         self._new: list[NDArray[np.int64]] = []
         self._keys = np.zeros(0, dtype=np.int64)
@@ -143,6 +146,7 @@ class ListBuilder:
         last = np.max(self._slots, axis=0)[cell]
         slot[cell] = last
         room = max(self._most - self._count, 0)
+        self._lacks_room |= len(cell) > room
         cell, last = cell[:room], last[:room]
         slot[cell] = number = self._append(cell, last)
         self._position[number] = position.reshape(-1, 4)[cell]
@@ -154,6 +158,12 @@ class ListBuilder:
     def entries(self) -> int:
         """Entries that the lists have at most."""
         return len(self._keys) + sum(len(keys) for keys in self._new)
+
+    @property
+    def lacks_room(self) -> bool:
+        """Whether there are as many samples as there may be, so that some hits count for samples of
+        other surfaces."""
+        return self._lacks_room
 
     @property
     def visibility(self) -> int:
@@ -321,6 +331,7 @@ class ListBuilder:
             _, first = np.unique(cell[todo], return_index=True)
             new = todo[first]
             sample[new] = self._append(cell[new], last[first])
+            self._crowd[cell[new]] += 1
             self._position[sample[new]] = position[new]
             self._normal[sample[new]] = normal[new]
             self._triangle[sample[new]] = triangle[new]
@@ -353,6 +364,7 @@ class ListBuilder:
         full = self._crowd[cell] >= MOST_IN_CELL
         if self._count + len(cell) > self._most:
             full[:] = True
+            self._lacks_room |= bool((found < 0).any())
         full &= found < 0
         found[full] = nearest[full]
         return found, last
@@ -370,7 +382,6 @@ class ListBuilder:
             self._next = np.pad(self._next, (0, more), constant_values=-1)
         self._cell[number] = cell
         self._next[last] = number
-        self._crowd[cell] += 1
         return number
 
 

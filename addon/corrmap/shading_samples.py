@@ -153,6 +153,8 @@ class ShadingSamples:
         pages: the cache on the GPU.
         geometry: whose triangles are seen.
         visibility: how many visibility samples the lists are made of.
+        least: of how many at least, or else there are none: as many as without lists the samples of
+            the lights are.
         memory_budget: bytes of the GPU's memory for the places where samples are shaded.
         bent: where highlights are narrower than a pixel, if anywhere.
     """
@@ -165,6 +167,7 @@ class ShadingSamples:
         geometry: GeometryBuffer,
         *,
         visibility: int,
+        least: int = 1,
         memory_budget: int,
         bent: BentSurfaces | None = None,
     ) -> None:
@@ -173,6 +176,8 @@ class ShadingSamples:
         self._pages = pages
         self._geometry = geometry
         self._visibility = visibility
+        self._least = min(least, visibility)
+        self._has_given_up = False
         self._memory_budget = memory_budget
         self._bent = bent
         self._hit_textures: dict[str, Texture] = {}
@@ -192,6 +197,11 @@ class ShadingSamples:
         return self._lists if self._mean is not None else None
 
     @property
+    def has_given_up(self) -> bool:
+        """Whether the lists would take more room than they may: there are none then."""
+        return self._has_given_up
+
+    @property
     def progress(self) -> float:
         """What share of the steps is done."""
         done = (self._builder.visibility if self._builder is not None else 0) + self._gathered
@@ -199,7 +209,7 @@ class ShadingSamples:
 
     def step(self) -> bool:
         """Do the next bit; False when there is nothing left."""
-        if self._mean is not None:
+        if self._mean is not None or self._has_given_up:
             return False
         if self._own is None or self._builder is None:
             self._own = self._looks.pinhole(0)
@@ -214,9 +224,14 @@ class ShadingSamples:
                 self._builder.add_none()
         elif self._lists is None:
             k, full = self._builder.visibility, self._builder.entries > _MOST_ENTRIES
+            full = full or self._builder.lacks_room
             if k < self._visibility and not full:
                 add = self._pass.add_layered if self._is_layered else self._pass.add
                 add(self._builder, self._own, k)
+            elif k < self._least:
+                self._builder = self._own = None
+                self._seen.clear()
+                self._has_given_up = True
             else:
                 kept = self._pass.kept if self._is_layered else ()
                 self._lists = PixelListTextures(self._builder.finish(kept))
@@ -359,10 +374,12 @@ class ShadingSamples:
 
     def _gather_next(self) -> None:
         hits = self._hits(self._gathered)
+        has_further = self._lists is not None and len(self._lists.lists.cell) > 0
+        cells = self._cells if has_further else None
         correspondence = self._correspondence.draw(hits)
         if self._pages.is_paged:
             self._pages.bring(correspondence.read())
-        surface = self._gather.draw(hits, correspondence, onto=self._sum)
+        surface = self._gather.draw(hits, correspondence, onto=self._sum, cells=cells)
         self._sum = self._sum or surface
         self._gathered += 1
 

@@ -88,8 +88,8 @@ class SurfaceSampler:
         self._view: View | None = None
         self._samples: dict[int, SurfaceBuffer] = {}
         self._shading: ShadingSamples | None = None
-        # Visibility samples that were asked for.
-        self._visibility = 0
+        # Visibility samples that were asked for, and what there is without lists.
+        self._visibility = self._least_visibility = 0
         self._bent: tuple[GeometryBuffer, BentSurfaces | None] | None = None
         self._correspondence: CorrespondenceMap | None = None
         self._buffer: GeometryBuffer | None = None
@@ -137,11 +137,14 @@ class SurfaceSampler:
                 "samples, or render a region of the picture at a time"
             )
         found = self._visibility if self.lists is None else self.lists.lists.visibility
+        if self._shading is not None and self._shading.has_given_up:
+            found = self._least_visibility
         if found >= self._visibility:
             return ""
         return (
-            f"the pixels see so many surfaces that edges are made of {found} instead of "
-            f"{self._visibility} visibility samples; render a region of the picture at a time"
+            "the pixels see so many surfaces, or so much of them through the lens or the shutter, "
+            f"that they are made of {found} instead of {self._visibility} visibility samples; take "
+            f"{self._visibility} samples, or render a region of the picture at a time"
         )
 
     @property
@@ -307,19 +310,20 @@ class SurfaceSampler:
             before=tuple(self._with_objects(layer) for layer in surface.before),
         )
 
-    def find_shading_samples(self, visibility: int) -> bool:
+    def find_shading_samples(self, visibility: int, least: int = 1) -> bool:
         """Do the next step towards the current view's shading samples; False when there is none.
 
         Args:
             visibility: visibility samples of each pixel; 0 for no lists. A picture whose samples
                 are too many to be numbered has none either.
+            least: see `ShadingSamples`.
 
         Raises:
             RuntimeError: no view was set yet.
         """
         if self._view is None:
             raise RuntimeError("set a view before sampling it")
-        view, self._visibility = self._view, visibility
+        view, self._visibility, self._least_visibility = self._view, visibility, least
         if not visibility or not fits_lists(view.width, view.height):
             return False
         if self._shading is None:
@@ -329,6 +333,7 @@ class SurfaceSampler:
                 self._pages,
                 self.geometry_buffer,
                 visibility=visibility,
+                least=least,
                 memory_budget=self._memory_budget,
                 bent=self._bent_surfaces(self.geometry_buffer),
             )

@@ -482,7 +482,7 @@ class RelightSession:
         """Do the next bit of work towards the pixels' lists; False when there is none."""
         if self._stages.count <= 1:
             return False
-        return self._sampler.find_shading_samples(self._wanted_visibility)
+        return self._sampler.find_shading_samples(self._wanted_visibility, self._stages.count)
 
     @property
     def _wanted_visibility(self) -> int:

@@ -119,7 +119,8 @@ def test_pixels_are_their_lists_weighted_sums() -> None:
         # A dozen products and sums of numbers below one, float32.
         assert np.abs(read_texture(texture) - want).max() < 2e-6
     # Rows of entries are filled up.
-    assert 0 <= textures.nbytes - 8 * (width * height + len(lists.sample)) < 8 * 4096
+    rest = textures.nbytes - 16 * width * height - 8 * len(lists.sample)
+    assert 0 <= rest < 8 * 4096
 
 
 @pytest.mark.parametrize(("scale", "offset"), [(1e-3, 0.0), (1e5, 0.0), (1.0, 1e6), (1e-2, 1e3)])
@@ -176,9 +177,11 @@ def test_there_are_no_more_samples_than_can_be_numbered() -> None:
     builder = ListBuilder(position, normal, most=6)
     film = np.array([[k + 0.5, 0.5] for k in range(4)])
     for count, depth in ((1, -2.0), (4, -3.0)):
+        assert not builder.lacks_room
         hits = np.tile(np.array([0.0, 0.0, depth, 1.0], dtype=np.float32), (count, 1))
         pixel, codes = np.arange(count), np.ones((count, 2), np.float32)
         builder.add(pixel, hits, normal[0, :count], codes, film[:count])
+    assert builder.lacks_room
     lists = builder.finish()
     assert lists.cell.tolist() == [0]
     # The second hits' nearest samples: the further one of the first cell, and the others' own, for
@@ -272,6 +275,7 @@ def test_light_of_layers_beyond_the_most_is_not_lost(most: int) -> None:
     behind, *layers = (sheet(depth) for depth in (3.0, 1.0, 2.0))
     builder = ListBuilder(behind[0], behind[1], most, [(a, b, c) for a, b, c in layers])
     builder.add_none()
+    assert builder.lacks_room == (most < 12)
     shares = [0.125, 1.0, 0.5]
     lists = builder.finish([np.full((2, 2, 3), share, np.float32) for share in shares])
     assert len(lists.cell) == most - 4

@@ -118,3 +118,89 @@ def gather(
         with np.errstate(invalid="ignore"):
             result[mine] = (values * weight[..., None]).sum(1) / total
     return result
+
+
+def fill(
+    framebuffers: Sequence[DeepFramebuffer],
+    found: NDArray[np.float64],
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    *,
+    material: NDArray[np.int64],
+    origin: NDArray[np.float64],
+    channel: str,
+    cells: NDArray[np.int64],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """(H, W, components) of a channel from neighbours, of all as if they were holes, and (H, W)
+    whether these were on the same surface (-1), beside it (-2) or none (0).
+
+    Args:
+        framebuffers: of the caching cameras.
+        found: (H, W, 4) the map.
+        points: (H, W, 3) world space.
+        normals: (H, W, 3) facing the viewer.
+        material: (H, W).
+        origin: of local space.
+        channel: which.
+        cells: (E, 2) of the rows at the end, where in the others their samples lie: x, y.
+    """
+    height, width, _ = found.shape
+    picture = height - -(-len(cells) // width)
+    value, is_sure = _surest(
+        framebuffers, found, points, normals, material=material, origin=origin, channel=channel
+    )
+    rows, columns = np.mgrid[:height, :width]
+    place = np.stack([columns, rows], axis=-1)
+    place.reshape(-1, 2)[picture * width :][: len(cells)] = cells
+    result = np.zeros((height, width, value.shape[-1]))
+    kind = np.zeros((height, width), dtype=np.int64)
+    for way in (-1, -2):
+        total, weights = np.zeros_like(result), np.zeros((height, width))
+        for down in range(-2, 3):
+            for across in range(-2, 3):
+                x, y = place[..., 0] + across, place[..., 1] + down
+                inside = (x >= 0) & (x < width) & (y >= 0) & (y < picture)
+                x, y = np.clip(x, 0, width - 1), np.clip(y, 0, picture - 1)
+                apart = points[y, x] - points
+                bend = np.abs((apart * normals).sum(-1))
+                fits = inside & is_sure[y, x] & (material[y, x] == material)
+                if way == -1:
+                    fits &= bend <= 0.5 * np.linalg.norm(apart, axis=-1)
+                weight = fits / max(down**2 + across**2, 1)
+                total += weight[..., None] * value[y, x]
+                weights += weight
+        new = (kind == 0) & (weights > 0.0)
+        result[new], kind[new] = (total[new] / weights[new, None]), way
+    return result, kind
+
+
+def _surest(
+    framebuffers: Sequence[DeepFramebuffer],
+    found: NDArray[np.float64],
+    points: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    *,
+    material: NDArray[np.int64],
+    origin: NDArray[np.float64],
+    channel: str,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """(H, W, components) of the texel that shows each place the most surely, and (H, W) whether
+    there is one."""
+    components = framebuffers[0].channels[channel].shape[-1]
+    value = np.zeros((*found.shape[:2], components))
+    is_sure = np.zeros(found.shape[:2], dtype=bool)
+    for number, framebuffer in enumerate(framebuffers):
+        mine = found[..., 0] == number
+        if not mine.any():
+            continue
+        size = np.linalg.norm(points[mine] - origin, axis=1)
+        taps = footprints(framebuffer, points[mine], normals[mine], size)
+        weight = taps.weight * taps.same
+        every, surest = np.arange(len(weight)), weight.argmax(axis=1)
+        x, y = taps.x[every, surest], taps.y[every, surest]
+        shading = framebuffer.channels["normal"][y, x].astype(np.float64)
+        facing = (shading * normals[mine]).sum(-1) > SAME_FACING
+        same = framebuffer.channels["material_id"][y, x, 0] == material[mine]
+        value[mine] = framebuffer.channels[channel][y, x]
+        is_sure[mine] = (weight[every, surest] > 0.0) & facing & same
+    return value, is_sure

@@ -190,6 +190,84 @@ def test_lists_that_are_cut_short_say_so(room: Room, monkeypatch: pytest.MonkeyP
     assert f"{count} instead of {VISIBILITY}" in said
 
 
+@pytest.mark.parametrize("name", ["_MOST_ENTRIES", "_MOST"])
+def test_lists_shorter_than_the_lights_samples_are_not_made(
+    room: Room, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Out of focus all visibility samples of a pixel are others, and lists soon too long; or there
+    are more samples than can be told apart. Shading each of the lights' samples by itself sees
+    more then."""
+    _, _, view = room
+    blurred = replace(view, lens=Lens(radius=0.2, focus_distance=4.0))
+    pixels = view.width * view.height
+    # Room for a few visibility samples; for a sample of each pixel and five more.
+    room_for = {"_MOST_ENTRIES": 2 * pixels, "_MOST": pixels + 5}[name]
+    monkeypatch.setattr(f"addon.corrmap.shading_samples.{name}", room_for)
+    monkeypatch.setattr("addon.corrmap.surface_sampler.fits_lists", lambda *_: True)
+    short, brute = (open_session(room, 16, v, blurred) for v in (VISIBILITY, 0))
+    for session in (short, brute):
+        session.set_lights([KEY])
+    np.testing.assert_array_equal(short.render().combined, brute.render().combined)
+    assert short._sampler.lists is None
+    (said,) = short.warnings
+    assert f"16 instead of {VISIBILITY}" in said
+    # Another sample count may do with lists.
+    monkeypatch.undo()
+    short.set_view(view)
+    short.render()
+    assert short._sampler.lists is not None
+    assert short.warnings == ()
+
+
+def test_numbers_of_samples_are_told_apart(room: Room) -> None:
+    """Up to 2^24: from 2^23 on, float32 has no halves."""
+    from addon.corrmap.own_hits import OwnHits
+    from addon.corrmap.pixel_list_pass import PixelListTextures
+    from addon.corrmap.pixel_lists import PixelLists
+    from addon.glsl.shader import framebuffer, texture_2d, texture_from_array
+    from addon.relight.layers.resolve_pass import _RESOLVE
+
+    width, rows = 4096, 4096
+    atlas = np.zeros((rows, width, 2), dtype=np.float32)
+    atlas[..., 0] = np.arange(rows * width).reshape(rows, width) % 1000
+    atlas[..., 1] = np.arange(rows * width).reshape(rows, width) // 1000
+    number = np.array([3, 8388607, 8388608, 8388609, 8388611, 12000001, 16777213, 16777215])
+    # A list that is longer than the rest of its row of entries, and longer than 2048.
+    count = np.zeros(width, dtype=np.int64)
+    count[: len(number)] = 1
+    count[len(number)] = 5000
+    nothing = np.zeros((0, 4), dtype=np.float32)
+    lists = PixelLists(
+        height=1,
+        width=width,
+        first=np.cumsum(count) - count,
+        count=count,
+        sample=np.concatenate([number, np.arange(5000)]),
+        weight=np.repeat([1.0, 1.0 / 4096.0], [len(number), 5000]).astype(np.float32),
+        cell=np.zeros(0, dtype=np.int64),
+        position=nothing,
+        normal=nothing[:, :3],
+        triangle=nothing[:, :2],
+        visibility=5000,
+        own_hits=OwnHits(np.zeros(0, dtype=np.int64), nothing, nothing[:, :3], nothing[:, :2]),
+    )
+    picture = texture_2d(width, 1)
+    _RESOLVE.build().draw_fullscreen(
+        framebuffer([picture]),
+        {
+            "shaded": texture_from_array(atlas, "RG32F"),
+            **PixelListTextures(lists).textures(),
+        },
+        {},
+    )
+    got = read_texture(picture)[0, : len(number) + 1, :2].astype(np.float64)
+    np.testing.assert_array_equal(1000.0 * got[:-1, 1] + got[:-1, 0], number)
+    every = np.arange(5000)
+    expected = np.array([(every % 1000).sum(), (every // 1000).sum()]) / 4096.0
+    # A sum of 5000 float32, each rounded.
+    np.testing.assert_allclose(got[-1], expected, rtol=5000 * 2.0**-24)
+
+
 def test_linked_objects_are_known_in_the_atlas(room: Room) -> None:
     """A light that only the box gets, at the box's edges too."""
     only_box = replace(

@@ -15,14 +15,26 @@ void add_texel(int camera, ivec3 texel, float weight)
   blended_weight += weight;
 }
 
+/* Whether a texel's surface is one of this material that faces as n. */
+bool is_own(CachedSurface seen, vec3 n, float material)
+{
+  bool facing = dot(seen.normal, n) > SAME_FACING * length(seen.normal);
+  return facing && abs(seen.material_id - material) <= 0.5;
+}
+
+/* How surely the texels of a footprint show a local point p with normal n. */
+vec4 weights_at(int camera, Footprint footprint, vec3 p, vec3 n)
+{
+  vec3 q = camera_from_local(camera, p);
+  return visible_weights(camera, footprint, q, camera_axes(camera, n), length(p) + length(q));
+}
+
 /* The cached surface at a correspondence; false when not even one texel fits. */
 bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
 {
   int camera = int(found.x);
-  vec3 q = camera_from_local(camera, p);
-  vec3 n_camera = camera_axes(camera, n);
   Footprint footprint = bilinear_footprint(camera, found.yz);
-  vec4 weight = visible_weights(camera, footprint, q, n_camera, length(p) + length(q));
+  vec4 weight = weights_at(camera, footprint, p, n);
   vec4 own = weight;
   ivec3 texel[4];
   for (int i = 0; i < 4; i++) {
@@ -30,11 +42,8 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
     if (texel[i].z < 0) {
       weight[i] = 0.0;
       own[i] = 0.0;
-      continue;
     }
-    CachedSurface seen = read_identity(texel[i]);
-    bool facing = dot(seen.normal, n) > SAME_FACING * length(seen.normal);
-    if (abs(seen.material_id - material) > 0.5 || !facing) {
+    else if (!is_own(read_identity(texel[i]), n, material)) {
       own[i] = 0.0;
     }
   }
@@ -51,12 +60,20 @@ bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
 }
 
 /* One- and two-pixel holes (paper III.3): the neighbours of the same material, the nearer the
- * heavier; on the same surface, else also beside it, as leaves lie. Which of the two it was: -1, -2,
+ * heavier; on the same surface, else also beside it, as leaves lie. Of each the texel that shows its
+ * place the most surely: what hides the hole may lie in the others. Which of the two it was: -1, -2,
  * or 0 where there are none. One loop with one place where a texel is read: where branches are not
  * skipped, as in software, all that is written down is run once for pixels that are no holes. */
 float add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
 {
   ivec2 last = textureSize(correspondence, 0) - 1;
+#ifdef HAS_CELLS
+  /* Above the picture are samples of any of its cells; their neighbours are about these. */
+  last.y -= textureSize(sample_cell, 0).y;
+  if (pixel.y > last.y) {
+    pixel = ivec2(texelFetch(sample_cell, pixel - ivec2(0, last.y + 1), 0).xy);
+  }
+#endif
   float origin = -1.0;
   for (int i = 0; i < 50; i++) {
     if (i == 25) {
@@ -81,12 +98,17 @@ float add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
     if (i < 25 && abs(dot(n, apart)) > 0.5 * length(apart)) {
       continue;
     }
+    vec3 facing = texelFetch(visible_normal, other, 0).xyz;
     int camera = int(found.x);
-    ivec2 texel = ivec2(found.yz * picture_resolution(camera));
-    texel = clamp(texel, ivec2(0), ivec2(int(picture_resolution(camera)) - 1));
-    ivec3 at = page_texel(block_places(camera, texel >> BLOCK_BITS), texel);
-    if (at.z >= 0) {
-      add_texel(camera, at, 1.0 / float(away.x * away.x + away.y * away.y));
+    Footprint footprint = bilinear_footprint(camera, found.yz);
+    vec4 weight = weights_at(camera, footprint, position.xyz, facing);
+    int surest = 0;
+    for (int k = 1; k < 4; k++) {
+      surest = weight[k] > weight[surest] ? k : surest;
+    }
+    ivec3 at = page_texel(footprint.places[surest], footprint.texel[surest]);
+    if (weight[surest] > 0.0 && at.z >= 0 && is_own(read_identity(at), facing, material)) {
+      add_texel(camera, at, 1.0 / float(max(away.x * away.x + away.y * away.y, 1)));
     }
   }
   return blended_weight > 0.0 ? origin : 0.0;

@@ -4,9 +4,10 @@
 void main()
 {
   ivec2 pixel = ivec2(gl_FragCoord.xy);
-  ivec2 place = ivec2(texelFetch(list_place, pixel, 0).xy + vec2(0.5));
+  /* All numbers here are whole ones below 2^24, which float32 holds as they are. */
+  ivec3 place = ivec3(texelFetch(list_place, pixel, 0).xyz);
   int across = textureSize(list_entries, 0).x;
-  int count = place.y / across;
+  int count = place.z;
   if (count == 0) {
     /* All that the pixel sees is on its own sample's surface. */
     radiance = texelFetch(shaded, pixel, 0);
@@ -17,12 +18,12 @@ void main()
    * where nothing is. */
   float uncovered = 0.0;
 #endif
-  int first = place.y % across;
+  int first = place.y;
   int width = textureSize(shaded, 0).x;
   vec4 sum = vec4(0.0);
   for (int i = first; i < first + count; i++) {
     vec4 entry = texelFetch(list_entries, ivec2(i % across, place.x + i / across), 0);
-    int number = int(entry.x + 0.5);
+    int number = int(entry.x);
     vec4 part = texelFetch(shaded, ivec2(number % width, number / width), 0);
 #ifdef HAS_LAYERS
     sum.rgb += entry.yzw * part.rgb;

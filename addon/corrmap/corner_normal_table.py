@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import Samplers, Texture, TextureFormat, texture_from_array
-from .triangle_table import TABLE_WIDTH
+from ..glsl.row_texture import row_texture
+from ..glsl.shader import Samplers, Texture
 
 CORNER_SAMPLERS: Samplers = (
     ("corner_normals_ab", "FLOAT_2D"),
@@ -21,6 +21,9 @@ CORNER_SAMPLERS: Samplers = (
 
 # What a sampler gives of the largest code.
 _LARGEST_CODE = np.float32(65535.0)
+
+# For messages.
+_CORNERS = "triangles' corners"
 
 
 @dataclass(frozen=True)
@@ -63,19 +66,12 @@ class CornerNormalTable:
         ]
         normals = (codes.reshape(count, 6) / _LARGEST_CODE).astype(np.float32)
         return cls(
-            _table(normals[:, :4], "RGBA16"),
-            _table(normals[:, 4:], "RG16"),
-            *(_table(texel, "RGBA32F") for texel in texels),
+            row_texture(normals[:, :4], "RGBA16", _CORNERS),
+            row_texture(normals[:, 4:], "RG16", _CORNERS),
+            *(row_texture(texel, "RGBA32F", _CORNERS) for texel in texels),
         )
 
     def textures(self) -> dict[str, Texture]:
         """By the names in `CORNER_SAMPLERS`."""
         textures = (self.first, self.last, self.share_b, self.share_c)
         return {name: t for (name, _), t in zip(CORNER_SAMPLERS, textures, strict=True)}
-
-
-def _table(values: NDArray[np.floating], texel_format: TextureFormat) -> Texture:
-    rows = max(-(-len(values) // TABLE_WIDTH), 1)
-    texels = np.zeros((rows * TABLE_WIDTH, values.shape[1]), dtype=np.float32)
-    texels[: len(values)] = values
-    return texture_from_array(texels.reshape(rows, TABLE_WIDTH, -1), texel_format)

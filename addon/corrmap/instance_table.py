@@ -12,14 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import Samplers, Texture, texture_from_array
+from ..glsl.row_texture import ROW_DEFINES, ROW_LIBRARY, row_texture
+from ..glsl.shader import Samplers, Texture
 
 INSTANCE_SAMPLERS: Samplers = (("instance_table", "FLOAT_2D"),)
 # For passes that are compiled with the table.
-INSTANCE_DEFINES = (("HAS_INSTANCES", "1"),)
+INSTANCE_LIBRARY = (*ROW_LIBRARY, "instance_table")
+INSTANCE_DEFINES = (*ROW_DEFINES, ("HAS_INSTANCES", "1"))
 
-# Texels in a row of the table and for an instance; also in `instance_table.glsl`.
-_WIDTH = 4096
+# Texels for an instance; also in `instance_table.glsl`.
 _TEXELS = 8
 
 
@@ -50,16 +51,9 @@ def instance_texels(
 
 def upload_instances(texels: NDArray[np.float32]) -> Texture:
     """RGBA32F of `instance_texels`."""
-    return texture_from_array(_in_rows(texels.reshape(-1, 4)), "RGBA32F")
+    return row_texture(texels.reshape(-1, 4), "RGBA32F", "instances")
 
 
 def upload_numbers(numbers: NDArray[np.int64]) -> Texture:
-    """R32F of (N,) numbers below 2^24, in rows as wide as the table's."""
-    return texture_from_array(_in_rows(numbers[:, None]), "R32F")
-
-
-def _in_rows(values: NDArray[np.generic]) -> NDArray[np.float32]:
-    rows = max(-(-len(values) // _WIDTH), 1)
-    filled = np.zeros((rows * _WIDTH, values.shape[1]), dtype=np.float32)
-    filled[: len(values)] = values
-    return filled.reshape(rows, _WIDTH, -1)
+    """R32F of (N,) numbers below 2^24."""
+    return row_texture(numbers[:, None], "R32F", "instances that are drawn")

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..glsl.row_texture import row_texture
 from ..glsl.shader import Samplers, Texture, texture_from_array
 from ..glsl.triangles import triangle_batch
 from ..scene.geometry import Cutout, SceneGeometry
 from ..scene.mesh_copies import MeshCopies
 from .corner_normal_table import CORNER_SAMPLERS, CornerNormalTable
-from .triangle_table import TABLE_WIDTH
 
 # Triangles that are drawn in one call for all places, and left out together at each: a call costs
 # about what some thousands cost to transform.
@@ -133,7 +133,12 @@ class MeshStore:
             ]
         )
         corner = np.concatenate([mesh.copies.corners[:, 0] for mesh in self.meshes])
-        return _table(plane), _table(np.append(corner, np.zeros((len(corner), 1)), axis=1))
+        corner = np.append(corner, np.zeros((len(corner), 1)), axis=1)
+        first, second = (
+            row_texture(values, "RGBA32F", "repeated meshes' triangles")
+            for values in (plane, corner)
+        )
+        return first, second
 
     def textures(self) -> dict[str, Texture]:
         """By the names in `MESH_SAMPLERS`: RGBA32F, of each triangle its unit normal by the
@@ -194,10 +199,3 @@ def _pieces(
             )
             start = some.stop
     return tuple(pieces)
-
-
-def _table(values: NDArray[np.float64]) -> Texture:
-    rows = max(-(-len(values) // TABLE_WIDTH), 1)
-    texels = np.zeros((rows * TABLE_WIDTH, 4), dtype=np.float32)
-    texels[: len(values)] = values
-    return texture_from_array(texels.reshape(rows, TABLE_WIDTH, 4), "RGBA32F")

@@ -13,10 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..glsl.row_texture import ROW_DEFINES, row_texture
 from ..glsl.shader import Samplers, Texture, texture_from_array
-
-# Texels in a row of the hits' textures.
-ROW = 4096
 
 OWN_HIT_SAMPLERS: Samplers = (
     ("hit_range", "FLOAT_2D"),
@@ -24,7 +22,10 @@ OWN_HIT_SAMPLERS: Samplers = (
     ("hit_normal", "FLOAT_2D"),
     ("hit_triangle", "FLOAT_2D"),
 )
-OWN_HIT_DEFINES = (("HAS_OWN_HITS", "1"), ("HITS_ROW", str(ROW)))
+OWN_HIT_DEFINES = (("HAS_OWN_HITS", "1"), *ROW_DEFINES)
+
+# For messages.
+_HITS = "pixels' hits"
 
 
 @dataclass(frozen=True)
@@ -61,9 +62,9 @@ class OwnHits:
         normal = np.pad(self.normal, ((0, 0), (0, 1)))
         return {
             "hit_range": texture_from_array(ranges.reshape(height, width, 2), "RG32F"),
-            "hit_position": texture_from_array(_in_rows(self.position), "RGBA32F"),
-            "hit_normal": texture_from_array(_in_rows(normal), "RGBA32F"),
-            "hit_triangle": texture_from_array(_in_rows(self.triangle), "RG32F"),
+            "hit_position": row_texture(self.position, "RGBA32F", _HITS),
+            "hit_normal": row_texture(normal, "RGBA32F", _HITS),
+            "hit_triangle": row_texture(self.triangle, "RG32F", _HITS),
         }
 
 
@@ -124,10 +125,3 @@ class OwnHitsBuilder:
         self._is_let_go |= count > kept
         self._parts = [part.some(~self._is_let_go[part.sample]) for part in self._parts]
         self._kept = sum(len(part) for part in self._parts)
-
-
-def _in_rows(values: NDArray[np.float32]) -> NDArray[np.float32]:
-    rows = max(-(-len(values) // ROW), 1)
-    filled = np.zeros((rows * ROW, values.shape[1]), dtype=np.float32)
-    filled[: len(values)] = values
-    return filled.reshape(rows, ROW, -1)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..glsl.row_texture import ROW_WIDTH, row_texture
 from ..glsl.shader import (
     PassShader,
     Samplers,
@@ -26,9 +27,6 @@ from .pixel_lists import ListBuilder, PixelLists
 from .same_surface import SAME_SURFACE_DEFINES, same_surface
 from .view_looks import ViewLooks
 from .visible_surface import VisibleSurface, clip_from_local
-
-# Texels in a row of what is uploaded as a plain row of values.
-_ROW = 4096
 
 # Of shading samples, and of the hits that are held against them.
 PAIR_SAMPLERS: Samplers = (
@@ -203,7 +201,7 @@ class PixelListPass:
         """Count some pixels' hits of visibility sample k."""
         width = hits.position.width
         place = np.stack([pixel % width, pixel // width], axis=1)
-        rows = _rows(place.astype(np.float32))
+        rows = row_texture(place, "RG32F", "pixels that have lists")
         size = (rows.width, rows.height)
         picked = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
         self._pick.draw_fullscreen(
@@ -258,13 +256,17 @@ class PixelListTextures:
 
     def __init__(self, lists: PixelLists) -> None:
         self.lists = lists
-        row, column = np.divmod(lists.first, _ROW)
+        row, column = np.divmod(lists.first, ROW_WIDTH)
         place = np.stack([row, column, lists.count, np.zeros_like(row)], axis=1)
         shape = (lists.height, lists.width, 4)
         self.place = texture_from_array(place.astype(np.float32).reshape(shape), "RGBA32F")
         numbers = lists.sample.astype(np.float32)[:, None]
         weight = lists.weight if lists.is_tinted else lists.weight[:, None]
-        self.entries = _rows(np.concatenate([numbers, weight], axis=1))
+        self.entries = row_texture(
+            np.concatenate([numbers, weight], axis=1),
+            "RGBA32F" if lists.is_tinted else "RG32F",
+            "entries of pixels' lists",
+        )
 
     @property
     def nbytes(self) -> int:
@@ -306,16 +308,6 @@ def pair_textures(own: VisibleSurface, hits: VisibleSurface) -> dict[str, Textur
         "visible_position": hits.position,
         "visible_normal": hits.normal,
     }
-
-
-def _rows(values: NDArray[np.float32]) -> Texture:
-    """(N, 2) float32 as RG32F texels, or (N, 4) as RGBA32F, row by row; the last row is filled up
-    with zeros."""
-    rows, components = max(-(-len(values) // _ROW), 1), values.shape[1]
-    filled = np.zeros((rows * _ROW, components), dtype=np.float32)
-    filled[: len(values)] = values
-    shape = (rows, _ROW, components)
-    return texture_from_array(filled.reshape(shape), "RG32F" if components == 2 else "RGBA32F")
 
 
 def _cleared(width: int, height: int, texture_format: TextureFormat = "RGBA32F") -> Texture:

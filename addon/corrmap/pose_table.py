@@ -6,12 +6,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import Samplers, Texture, texture_from_array
+from ..glsl.row_texture import ROW_DEFINES, ROW_LIBRARY, row_texture
+from ..glsl.shader import Samplers, Texture
 
 POSE_SAMPLERS: Samplers = (("pose_table", "FLOAT_2D"),)
+# For passes that are compiled with the table.
+POSE_LIBRARY = (*ROW_LIBRARY, "pose_table")
+POSE_DEFINES = (*ROW_DEFINES, ("HAS_POSES", "1"))
 
-# Texels in a row of the table and for an object; also in `pose_table.glsl`.
-_WIDTH = 4096
+# Texels for an object; also in `pose_table.glsl`.
 _TEXELS = 8
 
 
@@ -29,7 +32,4 @@ def upload_poses(moved: NDArray[np.float64], origin: NDArray[np.float64]) -> Tex
     texels = np.zeros((len(moved), _TEXELS, 4))
     texels[:, 0:3] = local[:, :3]
     texels[:, 3:6] = np.linalg.inv(local)[:, :3]
-    rows = -(-len(moved) * _TEXELS // _WIDTH)
-    table = np.zeros((rows * _WIDTH, 4), dtype=np.float32)
-    table[: len(moved) * _TEXELS] = texels.reshape(-1, 4)
-    return texture_from_array(table.reshape(rows, _WIDTH, 4), "RGBA32F")
+    return row_texture(texels.reshape(-1, 4), "RGBA32F", "objects that may move")

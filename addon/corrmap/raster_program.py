@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from ..glsl.row_texture import ROW_DEFINES, ROW_LIBRARY
 from ..glsl.shader import PassShader, Samplers, ShaderProgram, Varying
 from ..glsl.uniforms import Field, UniformBlock
-from .instance_table import INSTANCE_DEFINES, INSTANCE_SAMPLERS
+from .instance_table import INSTANCE_DEFINES, INSTANCE_LIBRARY, INSTANCE_SAMPLERS
 from .mesh_store import MESH_SAMPLERS
-from .pose_table import POSE_SAMPLERS
+from .pose_table import POSE_DEFINES, POSE_LIBRARY, POSE_SAMPLERS
 from .triangle_table import TABLE_SAMPLERS
 
 # The block that every rasterizing pass has.
@@ -28,7 +29,7 @@ _SHEER_BLOCK = UniformBlock("sheer", (Field("vec4", "outside"), Field("int", "ex
 # Of triangles that are there once, and of instances.
 _PLANE_LIBRARY = (
     ("triangle_code", "seen_plane"),
-    ("instance_table", "triangle_code", "seen_plane"),
+    (*INSTANCE_LIBRARY, "triangle_code", "seen_plane"),
 )
 
 
@@ -151,7 +152,7 @@ def _plain(
     if instances:
         plain = replace(
             plain,
-            vertex_library=("instance_table",),
+            vertex_library=INSTANCE_LIBRARY,
             varyings=(*plain.varyings, Varying("flat", "INT", "surface_instance")),
             samplers=(*INSTANCE_SAMPLERS, *DRAWN_SAMPLERS, *plain.samplers),
         )
@@ -159,8 +160,8 @@ def _plain(
         plain = replace(
             plain,
             varyings=(*plain.varyings, Varying("flat", "INT", "surface_triangle")),
-            library=("surface_code", *plain.library),
-            defines=(*plain.defines, ("HAS_TRIANGLES", "1")),
+            library=(*ROW_LIBRARY, "surface_code", *plain.library),
+            defines=(*plain.defines, *ROW_DEFINES, ("HAS_TRIANGLES", "1")),
         )
     if reads_planes:
         plain = replace(
@@ -172,9 +173,9 @@ def _plain(
         plain = replace(
             plain,
             name=f"{plain.name}_posed",
-            library=("pose_table", *plain.library, *["seen_ids"] * reads_planes),
-            vertex_library=("pose_table", *plain.vertex_library),
+            library=(*POSE_LIBRARY, *plain.library, *["seen_ids"] * reads_planes),
+            vertex_library=(*POSE_LIBRARY, *plain.vertex_library),
             samplers=(TABLE_SAMPLERS[1], *POSE_SAMPLERS, *plain.samplers),
-            defines=(*plain.defines, ("HAS_POSES", "1")),
+            defines=(*plain.defines, *POSE_DEFINES),
         )
     return plain

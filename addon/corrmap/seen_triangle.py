@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..glsl.shader import PassShader, Samplers, Texture
 from .corner_normal_table import CORNER_SAMPLERS
-from .instance_table import INSTANCE_DEFINES, INSTANCE_SAMPLERS
+from .instance_table import INSTANCE_DEFINES, INSTANCE_LIBRARY, INSTANCE_SAMPLERS
 from .mesh_store import MESH_CORNER_SAMPLERS, MESH_SAMPLERS
 from .triangle_table import TABLE_SAMPLERS
 
@@ -33,7 +33,7 @@ def with_seen_triangle(
         ids: for `seen_ids`.
         corners: for lib/seen_corners.glsl, which the pass generates after `octahedral_normal`.
     """
-    library = ("instance_table",) if has_copies else ()
+    library = INSTANCE_LIBRARY if has_copies else ()
     library = (*library, "triangle_code", *["seen_plane"] * plane, *["seen_ids"] * ids)
     samplers = _samplers(has_copies, plane=plane, ids=ids, corners=corners)
     return replace(

@@ -104,6 +104,7 @@ _HITS = PassShader(
 _OWN_HITS = replace(
     _HITS,
     name="sample_own_hits",
+    library=("row_texture", *_HITS.library),
     defines=(*_HITS.defines, *OWN_HIT_DEFINES),
     samplers=(*_HITS.samplers, *OWN_HIT_SAMPLERS),
 )

@@ -13,9 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .triangle_table import TABLE_WIDTH
-
-_BITS = TABLE_WIDTH.bit_length() - 1
+from ..glsl.row_texture import ROW_BITS, ROW_WIDTH
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class TriangleCodes:
         high, low = np.moveaxis(codes.astype(np.int64), -1, 0)
         result = np.full(high.shape, -1, dtype=np.int64)
         alone, instanced = high > 0, high < 0
-        result[alone] = self.alone[(high[alone] - 1) * TABLE_WIDTH + low[alone]]
+        result[alone] = self.alone[(high[alone] - 1) * ROW_WIDTH + low[alone]]
         if instanced.any():
             result[instanced] = (
                 self.first[-1 - high[instanced]] + self.mesh_triangle[low[instanced]]
@@ -67,8 +65,8 @@ class TriangleCodes:
         total = len(self.alone) + int(self._count.sum())
         codes = np.zeros((total + 1, 2), dtype=np.float32)
         number = np.arange(len(self.alone))
-        codes[self.alone, 0] = (number >> _BITS) + 1
-        codes[self.alone, 1] = number & (TABLE_WIDTH - 1)
+        codes[self.alone, 0] = (number >> ROW_BITS) + 1
+        codes[self.alone, 1] = number & (ROW_WIDTH - 1)
         for first_instance, instances, start, count in self.meshes:
             low = np.empty(count, dtype=np.float32)
             low[self.mesh_triangle[start : start + count]] = np.arange(start, start + count)

@@ -12,18 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import Samplers, Texture, texture_from_array
+from ..glsl.row_texture import empty_rows, upload_rows
+from ..glsl.shader import Samplers, Texture
 from ..scene.geometry import PART, SceneGeometry
-
-# Texels in a row of the tables; also in the shaders.
-TABLE_WIDTH = 4096
 
 TABLE_SAMPLERS: Samplers = (("triangle_plane", "FLOAT_2D"), ("triangle_ids", "FLOAT_2D"))
 
 
 @dataclass(frozen=True)
 class TriangleTable:
-    """Textures with a texel for each triangle, row by row.
+    """Textures with a texel for each triangle, in the rows of `row_texture`.
 
     Attributes:
         plane: RGBA32F, xyz unit normal by the corners' winding, w its product with any point of
@@ -41,7 +39,7 @@ class TriangleTable:
         """The table of a geometry's triangles in an order (T,) of their own, relative to `origin`
         (3,), world space."""
         count = len(order)
-        plane, ids = _texels(count, 4), _texels(count, 2)
+        plane, ids = (empty_rows(count, size, "triangles") for size in (4, 2))
         for start in range(0, count, PART):
             end = min(start + PART, count)
             some = order[start:end]
@@ -52,16 +50,8 @@ class TriangleTable:
             ids[start:end, 0] = geometry.material_id[some]
             ids[start:end, 1] = geometry.object_id[some]
         ids += 1.0
-        return cls(
-            texture_from_array(plane.reshape(-1, TABLE_WIDTH, 4), "RGBA32F"),
-            texture_from_array(ids.reshape(-1, TABLE_WIDTH, 2), "RG32F"),
-        )
+        return cls(upload_rows(plane, "RGBA32F"), upload_rows(ids, "RG32F"))
 
     def textures(self) -> dict[str, Texture]:
         """By the names in `TABLE_SAMPLERS`."""
         return {"triangle_plane": self.plane, "triangle_ids": self.ids}
-
-
-def _texels(count: int, components: int) -> NDArray[np.float32]:
-    rows = max(-(-count // TABLE_WIDTH), 1)
-    return np.zeros((rows * TABLE_WIDTH, components), dtype=np.float32)

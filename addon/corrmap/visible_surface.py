@@ -20,7 +20,7 @@ from ..scene.view import View
 from .geometry_buffer import GeometryBuffer
 from .pixel_bend import BEND_GLSL, BEND_LIBRARY, LOOK_BLOCK, look_uniforms
 from .pixel_rays import RAY_BLOCK, clip_range, pixel_rays
-from .pose_table import POSE_SAMPLERS, upload_poses
+from .pose_table import POSE_DEFINES, POSE_LIBRARY, POSE_SAMPLERS, upload_poses
 from .raster_program import build_raster_program
 from .seen_triangle import seen_textures, with_seen_triangle
 from .seen_triangles import RayHits, SeenTriangles
@@ -324,9 +324,9 @@ def _with_poses(description: PassShader) -> PassShader:
     return replace(
         description,
         name=f"{description.name}_posed",
-        library=("pose_table", *description.library),
+        library=(*POSE_LIBRARY, *description.library),
         samplers=(*POSE_SAMPLERS, *description.samplers),
-        defines=(*description.defines, ("HAS_POSES", "1")),
+        defines=(*description.defines, *POSE_DEFINES),
     )
 
 

@@ -53,7 +53,8 @@ class PassShader:
     Attributes:
         name: for messages, and the prefix of its interface.
         fragment, vertex: files under addon/glsl/passes/, without the suffix.
-        library: files under addon/glsl/lib/, in order of dependence.
+        library: files under addon/glsl/lib/, in order of dependence; one that is named again is
+            there once.
         vertex_library: likewise, those that the vertex stage needs.
         blocks: uniform blocks, bound in this order.
         samplers: name -> type, bound in this order.
@@ -141,7 +142,7 @@ class ShaderProgram:
     def __init__(self, description: PassShader) -> None:
         self.description = description
         info = gpu.types.GPUShaderCreateInfo()
-        for name, value in description.defines:
+        for name, value in dict.fromkeys(description.defines):
             info.define(name, value)
         info.typedef_source("".join(block.declaration() for block in description.blocks))
         for slot, block in enumerate(description.blocks):
@@ -159,8 +160,10 @@ class ShaderProgram:
             info.fragment_out(slot, glsl_type, name)
         if description.writes_depth:
             info.depth_write("ANY")
-        library = "\n".join(source(f"lib/{name}.glsl") for name in description.library)
-        vertex = [f"lib/{name}.glsl" for name in description.vertex_library]
+        library = "\n".join(
+            source(f"lib/{name}.glsl") for name in dict.fromkeys(description.library)
+        )
+        vertex = [f"lib/{name}.glsl" for name in dict.fromkeys(description.vertex_library)]
         vertex.append(f"passes/{description.vertex}.glsl")
         info.vertex_source("\n".join(source(path) for path in vertex))
         info.fragment_source(
@@ -225,6 +228,11 @@ class ShaderProgram:
             gpu.state.depth_mask_set(False)
             self.bind(textures, uniforms)
             batch.draw(self.shader)
+
+
+def _library(names: tuple[str, ...]) -> list[str]:
+    """The texts of library files, each once."""
+    return [source(f"lib/{name}.glsl") for name in dict.fromkeys(names)]
 
 
 @contextmanager

@@ -192,7 +192,7 @@ def test_what_is_wide_is_shared(gpu_context: None) -> None:
 
 def test_hits_are_found_by_turns(gpu_context: None) -> None:
     """As the pass that places the samples reads them."""
-    from addon.corrmap.own_hits import ROW
+    from addon.glsl.row_texture import ROW_WIDTH
     from addon.glsl.shader import read_texture
 
     lists, _, _ = made_lists(tube(0.16))
@@ -205,7 +205,7 @@ def test_hits_are_found_by_turns(gpu_context: None) -> None:
     mine = lists.own_hits.sample == sample
     assert count[row, column] == mine.sum()
     at = first[row, column] + np.arange(mine.sum())
-    position = read_texture(textures["hit_position"])[at // ROW, at % ROW]
+    position = read_texture(textures["hit_position"])[at // ROW_WIDTH, at % ROW_WIDTH]
     np.testing.assert_array_equal(position, lists.own_hits.position[mine])
 
 

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Where the instances of repeated meshes are (addon/corrmap/instance_table.py): for each, rows of the
  * turn and stretch from mesh to local space, rows of its inverse, and local space's origin in mesh
- * space with 1 + object id. Beside the rows stands what rounding left of that origin. */
+ * space with 1 + object id. Beside the rows stands what rounding left of that origin. Needs:
+ * row_texture.glsl. */
 
 vec4 instance_row(int instance, int row)
 {
-  int texel = instance * 8 + row;
-  return texelFetch(instance_table, ivec2(texel & 4095, texel >> 12), 0);
+  return texelFetch(instance_table, row_texel(instance * 8 + row), 0);
 }
 
 /* A point of the mesh in local space. Both differences are rounded relative to themselves, so that

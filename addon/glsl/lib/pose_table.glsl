@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Where objects are while the shutter is open (addon/corrmap/pose_table.py): for each, the rows
- * of the transform from the geometry's place to that at the time, and of its inverse. */
+ * of the transform from the geometry's place to that at the time, and of its inverse. Needs:
+ * row_texture.glsl. */
 
 vec4 pose_row(int object, int row)
 {
-  int texel = object * 8 + row;
-  return texelFetch(pose_table, ivec2(texel & 4095, texel >> 12), 0);
+  return texelFetch(pose_table, row_texel(object * 8 + row), 0);
 }
 
 vec3 posed(int object, int first_row, vec3 point)

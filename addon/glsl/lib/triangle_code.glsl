@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
- * Where tables hold a triangle, by its code (addon/corrmap/triangle_codes.py). */
+ * Where tables hold a triangle, by its code (addon/corrmap/triangle_codes.py). Needs:
+ * row_texture.glsl where there are instances. */
 
 ivec2 alone_texel(vec2 code)
 {
@@ -19,6 +20,6 @@ int seen_instance(vec2 code)
 
 ivec2 mesh_texel(vec2 code)
 {
-  return ivec2(int(code.y) & 4095, int(code.y) >> 12);
+  return row_texel(int(code.y));
 }
 #endif

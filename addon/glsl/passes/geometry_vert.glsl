@@ -4,7 +4,7 @@ void main()
 {
 #ifdef HAS_INSTANCES
   int drawn = raster.first_drawn + gl_InstanceID;
-  surface_instance = int(texelFetch(drawn_instances, ivec2(drawn & 4095, drawn >> 12), 0).r);
+  surface_instance = int(texelFetch(drawn_instances, row_texel(drawn), 0).r);
   vec3 place = instance_point(surface_instance, position);
 #else
   vec3 place = position;
@@ -18,8 +18,7 @@ void main()
 #  ifdef HAS_INSTANCES
   int object = int(instance_object(surface_instance)) - 1;
 #  else
-  int object = int(texelFetch(
-      triangle_ids, ivec2(surface_triangle & 4095, surface_triangle >> 12), 0).g) - 1;
+  int object = int(texelFetch(triangle_ids, row_texel(surface_triangle), 0).g) - 1;
 #  endif
   place = moved_point(object, place);
 #endif

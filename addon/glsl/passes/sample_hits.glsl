@@ -19,7 +19,7 @@ void main()
     discard; /* it is written already */
 #  endif
     int number = range.x + hits.number % range.y;
-    ivec2 hit = ivec2(number % HITS_ROW, number / HITS_ROW);
+    ivec2 hit = row_texel(number);
     surface_position = texelFetch(hit_position, hit, 0);
     surface_geometric_normal.xyz = texelFetch(hit_normal, hit, 0).xyz;
     surface_triangle = texelFetch(hit_triangle, hit, 0).xy;

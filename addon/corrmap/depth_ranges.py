@@ -11,10 +11,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.shader import Samplers, Texture, texture_from_array
+from ..errors import InputError
+from ..glsl.shader import Samplers, Texture, max_texture_width, texture_from_array
 from .tile_layout import BLOCK, BlockNumbers
 
-# Texels along a row of the texture; each camera's pyramid begins a row.
+# Texels across a column of the texture, as a power of two; each camera's pyramid begins a row of a
+# column. All lie in one column unless they are more than a texture has rows.
 RANGE_BITS = 9
 
 # What a pass declares that includes depth_ranges.glsl.
@@ -22,11 +24,14 @@ RANGE_SAMPLERS: Samplers = (("depth_ranges", "FLOAT_2D"),)
 RANGE_DEFINES = (("RANGE_BITS", str(RANGE_BITS)),)
 
 
-def range_rows(numbers: BlockNumbers) -> NDArray[np.int64]:
-    """(N + 1,) the row where each camera's pyramid begins, and where the last one ends."""
+def range_places(numbers: BlockNumbers) -> NDArray[np.int64]:
+    """(N, 2) the column and the row where each camera's pyramid begins.
+
+    Raises:
+        InputError: they do not fit one texture of the GPU.
+    """
     side = _padded(numbers.across)
-    texels = (4 * side * side - 1) // 3
-    return np.concatenate([[0], np.cumsum(-(-texels >> RANGE_BITS))])
+    return _places(_rows((4 * side * side - 1) // 3))
 
 
 class DepthRanges:
@@ -39,26 +44,67 @@ class DepthRanges:
     @property
     def bytes(self) -> int:
         """What they take on the GPU."""
-        rows = sum(-(-len(texels) >> RANGE_BITS) for texels in self._pyramids.values())
-        return 8 * rows << RANGE_BITS
+        return 8 * int(self._heights.sum()) << RANGE_BITS
 
     def put(self, index: int, depth: NDArray[np.float32], kept: NDArray[np.bool_]) -> None:
         """Take a camera's depth (R, R), 0 where nothing is hit, and (B, B) which blocks are held.
         Cameras behind this one are forgotten, unless they are put again."""
-        self._pyramids = {k: v for k, v in self._pyramids.items() if k < index}
+        self.keep(index)
         self._pyramids[index] = depth_pyramid(depth, kept)
+
+    def keep(self, count: int) -> None:
+        """Forget all but the first cameras."""
+        self._pyramids = {k: v for k, v in self._pyramids.items() if k < count}
         self._texture = None
 
+    @property
+    def _heights(self) -> NDArray[np.int64]:
+        """(N,) rows of each camera."""
+        texels = [len(texels) for _, texels in sorted(self._pyramids.items())]
+        return _rows(np.array(texels, dtype=np.int64))
+
     def texture(self) -> Texture:
-        """RG32F: the least and the greatest depth; the least is the greater where there is none."""
+        """RG32F: the least and the greatest depth; the least is the greater where there is none.
+
+        Raises:
+            InputError: they do not fit one texture of the GPU.
+        """
         if self._texture is None:
-            width = 1 << RANGE_BITS
-            rows = [
-                np.pad(texels, ((0, -len(texels) % width), (0, 0))).reshape(-1, width, 2)
-                for _, texels in sorted(self._pyramids.items())
-            ]
-            self._texture = texture_from_array(np.concatenate(rows), "RG32F")
+            width, heights = 1 << RANGE_BITS, self._heights
+            places = _places(heights)
+            size = (int((places[:, 1] + heights).max()), int(places[:, 0].max()) + 1, width, 2)
+            pixels = np.zeros(size, dtype=np.float32)
+            pyramids = (texels for _, texels in sorted(self._pyramids.items()))
+            for texels, (column, row) in zip(pyramids, places, strict=True):
+                padded = np.pad(texels, ((0, -len(texels) % width), (0, 0)))
+                rows = padded.reshape(-1, width, 2)
+                pixels[row : row + len(rows), column] = rows
+            self._texture = texture_from_array(pixels.reshape(len(pixels), -1, 2), "RG32F")
         return self._texture
+
+
+def _rows(texels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Rows of a column that so many texels take."""
+    return -(-texels >> RANGE_BITS)
+
+
+def _places(heights: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(N, 2) columns and rows of pyramids of so many rows (N,), one below the other in as few
+    columns as there may be; the last of a column may reach beyond the end of the others.
+
+    Raises:
+        InputError: they do not fit one texture of the GPU.
+    """
+    most = max_texture_width()
+    start, total = np.cumsum(heights) - heights, int(heights.sum())
+    for columns in range(max(-(-total // most), 1), (most >> RANGE_BITS) + 1):
+        column, row = np.divmod(start, max(-(-total // columns), 1))
+        if (row + heights <= most).all():
+            return np.stack([column, row], axis=1)
+    raise InputError(
+        f"the cache has {len(heights)} pictures, with those behind sheer surfaces, more than this "
+        "GPU can search at once; place fewer cameras or bake at a lower preset"
+    )
 
 
 def depth_pyramid(depth: NDArray[np.float32], kept: NDArray[np.bool_]) -> NDArray[np.float32]:

@@ -8,6 +8,7 @@ each page's row by row from the bottom. A table gives the place of each block.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -29,7 +30,7 @@ TABLE_BITS = 11
 # of the last page are few.
 _PAGE_BITS = 5
 
-# The table holds places as float32.
+# The table holds places as float32, and so does the camera table the numbers of blocks.
 _MOST_PLACES = 1 << 24
 
 
@@ -88,6 +89,23 @@ class BlockNumbers:
             for column in columns:
                 result[self.first[picture] + row * self.across[picture] + column] = True
         return result
+
+
+def block_numbers(resolutions: Sequence[int]) -> BlockNumbers:
+    """Of pictures that are to be held.
+
+    Raises:
+        InputError: they have more blocks than can be told apart.
+    """
+    numbers = BlockNumbers(tuple(resolutions))
+    if numbers.count > _MOST_PLACES:
+        raise InputError(
+            f"the cache has {len(resolutions)} pictures, with those behind sheer surfaces, of "
+            f"{numbers.count * BLOCK**2 / 1e6:.0f} million texels, and "
+            f"{_MOST_PLACES * BLOCK**2 / 1e6:.0f} million can be searched; place fewer cameras or "
+            "bake at a lower preset"
+        )
+    return numbers
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ from ..glsl.shader import (
 )
 from ..progress import Progress, part_of, silent
 from .block_pages import BlockPages
-from .depth_ranges import DepthRanges
+from .depth_ranges import DepthRanges, range_places
 from .kept_blocks import SeenSurface, kept_blocks
 from .material_table import MaterialTable
 from .packed_blocks import PackedBlocks
@@ -46,6 +46,7 @@ from .tile_layout import (
     TABLE_BITS,
     BlockNumbers,
     PageShape,
+    block_numbers,
     block_table,
     page_shape,
 )
@@ -90,7 +91,7 @@ class TilePages:
             InputError: they do not fit the GPU.
         """
         self.cameras = tuple(cameras)
-        self.numbers = BlockNumbers(tuple(camera.resolution for camera in cameras))
+        self.numbers = _numbers_of(self.cameras)
         self.kept = kept
         self.packing = packing
         self.surface_layout = table.layout
@@ -254,10 +255,16 @@ class TilePages:
         return True
 
     def _make_room(self, seen: Sequence[SeenSurface]) -> None:
-        """Have places for the blocks of these behind the cache's own."""
+        """Have places for the blocks of these behind the cache's own.
+
+        Raises:
+            InputError: they do not fit the GPU.
+        """
         blocks, cameras = self._own
-        self.cameras = (*self.cameras[:cameras], *(picture.camera for picture in seen))
-        self.numbers = BlockNumbers(tuple(camera.resolution for camera in self.cameras))
+        every = (*self.cameras[:cameras], *(picture.camera for picture in seen))
+        self.numbers = _numbers_of(every)
+        self.cameras = every
+        self._ranges.keep(cameras)
         more = [which.ravel() for which in kept_blocks(seen, drop=False)]
         self.kept = np.concatenate([self.kept[:blocks], *more])
         self._depth_place = np.where(self.kept, np.cumsum(self.kept) - 1, -1)
@@ -377,6 +384,17 @@ def upload_tiles(
             pages.write_packed(index, framebuffer, table.scale(framebuffer))
     pages.finish()
     return pages
+
+
+def _numbers_of(cameras: Sequence[CachingCamera]) -> BlockNumbers:
+    """Of the blocks of their pictures.
+
+    Raises:
+        InputError: they are more than this GPU can search.
+    """
+    numbers = block_numbers([camera.resolution for camera in cameras])
+    range_places(numbers)
+    return numbers
 
 
 def _read(framebuffers: Sequence[DeepFramebuffer], progress: Progress) -> Iterator[DeepFramebuffer]:

@@ -2,9 +2,11 @@
  * Between which depths a caching camera has texels in a rectangle of its picture; see
  * depth_ranges.py. Needs: sampler depth_ranges, RANGE_BITS, caching_camera.glsl. */
 
-vec2 depth_range_texel(int row, int index)
+/* A texel of the pyramid that begins at `first`. */
+vec2 depth_range_texel(ivec2 first, int index)
 {
-  return texelFetch(depth_ranges, ivec2(index & ((1 << RANGE_BITS) - 1), row + (index >> RANGE_BITS)), 0).xy;
+  ivec2 inside = ivec2(index & ((1 << RANGE_BITS) - 1), index >> RANGE_BITS);
+  return texelFetch(depth_ranges, first + inside, 0).xy;
 }
 
 /* The least and the greatest depth of the held texels that footprints in a rectangle of picture
@@ -20,7 +22,7 @@ vec2 depth_range(int camera, vec2 low, vec2 high)
   while (side < int(picture.y)) {
     side <<= 1;
   }
-  int row = int(camera_right(camera).w);
+  ivec2 pyramid = ivec2(int(camera_forward(camera).w) << RANGE_BITS, int(camera_right(camera).w));
   int level = 0;
   while (any(greaterThan(end - first, ivec2(1)))) {
     level += side * side;
@@ -28,10 +30,10 @@ vec2 depth_range(int camera, vec2 low, vec2 high)
     first >>= 1;
     end >>= 1;
   }
-  vec2 a = depth_range_texel(row, level + first.y * side + first.x);
-  vec2 b = depth_range_texel(row, level + first.y * side + end.x);
-  vec2 c = depth_range_texel(row, level + end.y * side + first.x);
-  vec2 d = depth_range_texel(row, level + end.y * side + end.x);
+  vec2 a = depth_range_texel(pyramid, level + first.y * side + first.x);
+  vec2 b = depth_range_texel(pyramid, level + first.y * side + end.x);
+  vec2 c = depth_range_texel(pyramid, level + end.y * side + first.x);
+  vec2 d = depth_range_texel(pyramid, level + end.y * side + end.x);
   vec2 least = vec2(1.0, 0.0);
   bool any_held = false;
   vec2 cells[4] = vec2[4](a, b, c, d);

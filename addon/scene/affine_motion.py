@@ -6,13 +6,20 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+# Of its greatest stretch: what is less along some axis is nothing, but for roundings.
+_NO_STRETCH = 2.0**-40
+
+# So much of another transform decides what is free, and changes nothing else.
+_TRACE = 2.0**-30
+
 
 def interpolate_affine(steps: NDArray[np.float64], time: float) -> NDArray[np.float64]:
     """(M, 4, 4) at a time in [0, 1] from (S, M, 4, 4) at even times.
 
     A transform is a stretch, then a rotation, then a move (polar decomposition: K. Shoemake and
     T. Duff, "Matrix Animation and Polar Decomposition", 1992). Stretch and move are mixed, the
-    rotation goes the short way at an even speed.
+    rotation goes the short way at an even speed. Where one is nothing along some axis, it is turned
+    there as the other is.
     """
     last = len(steps) - 1
     if last == 0:
@@ -23,12 +30,25 @@ def interpolate_affine(steps: NDArray[np.float64], time: float) -> NDArray[np.fl
     result = first + share * (second - first)
     changes = (first[:, :3, :3] != second[:, :3, :3]).any(axis=(1, 2))
     if changes.any():
-        turn_0, stretch_0 = _polar(first[changes, :3, :3])
-        turn_1, stretch_1 = _polar(second[changes, :3, :3])
+        a, b = first[changes, :3, :3], second[changes, :3, :3]
+        (turn_0, stretch_0), (turn_1, stretch_1) = _polar_beside(a, b), _polar_beside(b, a)
         stretch = stretch_0 + share * (stretch_1 - stretch_0)
         part = _part_of_rotation(np.swapaxes(turn_0, 1, 2) @ turn_1, share)
         result[changes, :3, :3] = turn_0 @ part @ stretch
     return result
+
+
+def _polar_beside(
+    matrix: NDArray[np.float64], other: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """`_polar` of (N, 3, 3); what is free about rotations of singular ones is as of `other`."""
+    turn, stretch = _polar(matrix)
+    size = np.linalg.svd(matrix, compute_uv=False)
+    flat = size[:, 2] <= _NO_STRETCH * size[:, 0]
+    if flat.any():
+        turn[flat], _ = _polar(matrix[flat] + _TRACE * other[flat])
+        stretch[flat] = np.swapaxes(turn[flat], 1, 2) @ matrix[flat]
+    return turn, stretch
 
 
 def _polar(matrix: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

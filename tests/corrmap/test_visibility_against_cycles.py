@@ -166,3 +166,25 @@ def test_motion_blur(
     found, sharp = compare(scene, tmp_path)
     assert found < ENOUGH
     assert sharp > 3.0 * ENOUGH
+
+
+@pytest.mark.parametrize("gone", [(0.0, 0.0, 0.0), (1.0, 1.0, 0.0)])
+def test_an_object_that_disappears(
+    gpu_context: None, scene: Any, tmp_path: Path, gone: tuple[float, float, float]
+) -> None:
+    """Its scale jumps to 0, along all axes or one, while the shutter is open."""
+    near = scene.objects["Near"]
+    near.rotation_euler = (0.3, 0.2, 0.5)
+    near.cycles.motion_steps = 3
+    for frame, scale in ((1.0, (1.0, 1.0, 1.0)), (2.2, gone)):
+        near.scale = scale
+        near.keyframe_insert("scale", frame=frame)
+    for curve in near.animation_data.action.layers[0].strips[0].channelbags[0].fcurves:
+        for key in curve.keyframe_points:
+            key.interpolation = "CONSTANT"
+    scene.frame_set(2)
+    scene.render.use_motion_blur, scene.render.motion_blur_shutter = True, 0.9
+    scene.render.motion_blur_position = "CENTER"
+    found, sharp = compare(scene, tmp_path)
+    assert found < ENOUGH
+    assert sharp > 3.0 * ENOUGH

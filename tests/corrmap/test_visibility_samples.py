@@ -95,6 +95,20 @@ def test_between_steps() -> None:
         np.testing.assert_allclose(interpolate_affine(ends, time)[0], end, atol=1e-12)
 
 
+def test_between_a_step_and_one_without_a_size() -> None:
+    """What shrinks to nothing, along all axes or some, keeps its turn, mirrored or not, and its
+    other sizes."""
+    for seed, gone in enumerate([(0.0, 0.0, 0.0), (1.0, 2.0, 0.0), (0.0, 2.0, 0.0)] * 8):
+        turn = np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+        whole, less = np.eye(4), np.eye(4)
+        whole[:3, :3], less[:3, :3] = turn @ np.diag([1.0, 2.0, 3.0]), turn @ np.diag(gone)
+        for steps, share in (((whole, less), 0.25), ((less, whole), 0.75)):
+            found = interpolate_affine(np.stack(steps)[:, None], share)[0]
+            np.testing.assert_allclose(found, 0.75 * whole + 0.25 * less, atol=1e-7)
+        ends = np.stack([whole, less])[:, None]
+        np.testing.assert_allclose(interpolate_affine(ends, 1.0)[0], less, atol=1e-12)
+
+
 def test_times_follow_the_shutters_curve() -> None:
     view = room_view()
     none = (np.zeros(0, dtype=np.int64), np.zeros((1, 0, 4, 4)), np.zeros((0, 4, 4)))
@@ -188,3 +202,55 @@ def first_eye(view: View) -> np.ndarray:
     if view.perspective:
         return np.array([0.0, 0.0, 0.0, 1.0])
     return np.append(view.world_from_camera[:3, 2], 0.0)
+
+
+# From large to none within an eighth of the time that the shutter is open, at its middle.
+VANISHING_STEPS = 9
+
+
+def vanishing(view: View, gone: tuple[float, float, float], middle: np.ndarray) -> Exposure:
+    """The box has no size, or none along some axis, from the middle of the exposure on."""
+    there, turned = np.eye(4), rotation(0.3)
+    there[:3, 3] = middle
+    whole, none = there @ turned, there @ turned @ np.diag([*gone, 1.0])
+    half = VANISHING_STEPS // 2
+    steps = np.stack([whole] * half + [none] * (VANISHING_STEPS - half))
+    return Exposure((view,), np.array([1]), steps[:, None], whole[None], np.linspace(0.0, 1.0, 33))
+
+
+@pytest.mark.parametrize("gone", [(0, 0, 0), (1, 1, 0), (0, 1, 1), (1, 0, 0), (1e-30, 1, 1)])
+@pytest.mark.parametrize("near", [1e-5, 0.01])
+def test_what_has_no_size_is_not_seen(
+    gpu_context: None, gone: tuple[float, float, float], near: float
+) -> None:
+    """Pixels see the box for the share of the exposure during which it has a size."""
+    from addon.corrmap.geometry_buffer import GeometryBuffer
+    from addon.corrmap.visibility_samples import draw_visibility_sample
+    from addon.corrmap.visible_surface import VisibleSurfacePass
+    from addon.glsl.shader import read_texture
+
+    geometry = synthetic.room_with_box()
+    view = replace(room_view(), lens=None)
+    matrix = view.clip_from_camera.copy()
+    matrix[2, 2:] = -(100.0 + near) / (100.0 - near), -200.0 * near / (100.0 - near)
+    view = replace(view, clip_from_camera=matrix)
+    middle = geometry.vertices[8:].mean(axis=0)
+    surfaces = VisibleSurfacePass(GeometryBuffer(geometry, view.origin))
+    exposure = vanishing(view, gone, middle)
+    count, seen, sizes = 96, np.zeros(WIDTH * HEIGHT), 0
+    for k in range(1, count + 1):
+        sample = visibility_sample(view, k, exposure, 2)
+        drawn = draw_visibility_sample(surfaces, view, sample, with_objects=True)
+        for texture in (drawn.position, drawn.normal):
+            assert np.isfinite(read_texture(texture)).all()
+        is_box = read_texture(drawn.objects).ravel() == 2.0
+        assert sample.moved is not None
+        has_size = np.linalg.svd(sample.moved[1, :3, :3], compute_uv=False).min() > 1e-6
+        assert has_size or not is_box.any()
+        # Behind it is the room.
+        assert (drawn.scene_triangles() >= 0).all()
+        seen += is_box
+        sizes += int(has_size)
+    assert abs(sizes / count - 0.5) < 0.02
+    x, y = view.project(middle[None])[0, :2]
+    assert abs(seen.reshape(HEIGHT, WIDTH)[int(y), int(x)] - sizes) <= 0.03 * count

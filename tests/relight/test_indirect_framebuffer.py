@@ -329,13 +329,17 @@ def blurred(room: Room, how: str) -> tuple[View, Exposure | None]:
     moving = Exposure((view,), np.array([1]), poses, still, np.array([0.0, 1.0]))
     if how == "object":
         return view, moving
+    if how == "vanishing":
+        steps = np.tile(np.eye(4), (5, 1, 1, 1))
+        steps[3:, :, 2, 2] = 0.0
+        return view, replace(moving, world_from_object=steps)
     turned = replace(view, world_from_camera=view.world_from_camera.copy())
     turned.world_from_camera[:3, 3] += (0.1, 0.05, 0.0)
     none = np.zeros((2, 0, 4, 4)), np.zeros((0, 4, 4))
     return view, Exposure((view, turned), np.zeros(0, np.int64), *none, np.array([0.0, 1.0]))
 
 
-@pytest.mark.parametrize("how", ["lens", "object", "camera"])
+@pytest.mark.parametrize("how", ["lens", "object", "vanishing", "camera"])
 def test_blur_is_that_of_brute_force(room: Room, how: str) -> None:
     """With 16 shaded samples for 48 that are seen; the shadow's edge is sharp in each of them."""
     view, exposure = blurred(room, how)

@@ -50,6 +50,8 @@ class HoleFiller:
         self._asked: bool | None = None
         self._wanted: tuple[int, Path, tuple[CachingCamera, ...]] | None = None
         self._job: hole_job.HoleJob | None = None
+        # Whether a final render, or another viewport's holes, took the place of that job.
+        self._gave_way = False
         self._label = ""
         self._error = ""
         # Blender knows a timer's function by its identity, and a method has a new one each time.
@@ -109,6 +111,7 @@ class HoleFiller:
     def _drop(self) -> None:
         """Forget what was wanted, and end what is under way for it."""
         self._wanted = None
+        self._gave_way = False
         if self._job is not None and not self._job.done:
             self._job.stop()
         self._job = None
@@ -119,15 +122,24 @@ class HoleFiller:
 
     def _tick(self) -> float | None:
         if self._wanted is not None and self._job is None:
-            # After Place or Bake there may be no holes; and another viewport's come first.
-            if job.current() is not None or hole_job.current() is not None:
+            if _others_are_at_work():
                 return _TICK_S
+            if self._gave_way:
+                # What it finished, and what was baked in its place, may be of this view: the next
+                # drawing asks for what is still open.
+                self._drop()
+                self._asked = None
+                redraw(_SHOWING)
+                return None
             self._start(*self._wanted)
         if self._job is None:
             return None
         self._job.advance()
         redraw(_SHOWING)
         if not self._job.done:
+            return _TICK_S
+        if self._job.is_superseded:
+            self._job, self._gave_way = None, True
             return _TICK_S
         self._error = self._job.error
         self._wanted = None
@@ -142,3 +154,11 @@ class HoleFiller:
             self._job = hole_job.start(scene, folder, cameras)
         except InputError as error:
             self._error, self._wanted = str(error), None
+
+
+def _others_are_at_work() -> bool:
+    """Whether something comes first: Place or Bake, after which there may be no holes; another
+    viewport's; or a final render, each picture of which may have its own baked."""
+    if job.current() is not None or hole_job.current() is not None:
+        return True
+    return bool(bpy.app.is_job_running("RENDER"))

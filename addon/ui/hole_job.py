@@ -32,6 +32,7 @@ class HoleJob:
         """Saves a copy of the open file: only where Blender's operators may run."""
         require_folder(cache)
         self._folder = TemporaryFolder()
+        self._gave_way = False
         try:
             path = self._folder.path / "cameras.json"
             write_cameras(path, tuple(cameras))
@@ -58,6 +59,11 @@ class HoleJob:
         return self._job.error
 
     @property
+    def is_superseded(self) -> bool:
+        """Whether it has ended for another one to be started, and not by itself."""
+        return self._gave_way and self.done and bool(self.error)
+
+    @property
     def fraction(self) -> float:
         """Share done, [0, 1]."""
         return self._job.fraction
@@ -75,6 +81,11 @@ class HoleJob:
         else:
             threading.Thread(target=self._end, daemon=True).start()
 
+    def give_way(self) -> None:
+        """As `stop`, for another one: what this one was to bake is wanted still."""
+        self._gave_way = True
+        self.stop()
+
     def _end(self) -> None:
         self._job.stop()
         self._clean()
@@ -91,7 +102,9 @@ def current() -> HoleJob | None:
 def start(scene: Any, cache: Path, cameras: Sequence[CachingCamera]) -> HoleJob:
     """Start one, in the place of one under way. Raises as `HoleJob`."""
     global _current  # noqa: PLW0603 - one at a time in a program
-    stop_current()
+    under_way = current()
+    if under_way is not None:
+        under_way.give_way()
     _filled.add(cache)
     _current = HoleJob(scene, cache, cameras)
     return _current

@@ -25,11 +25,12 @@ from addon.camplace.hole_cameras import HolePoints, hole_cameras
 from addon.errors import InputError
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
-from addon.ui import hole_filler, hole_job
+from addon.ui import hole_filler, hole_job, job
 from addon.ui.camera_objects import show_cameras
 from addon.ui.event_loop import call_later
 from addon.ui.hole_filler import STILL_S, HoleFiller
 from addon.ui.lacking_points import LEAST_OPEN, lacking_points
+from addon.ui.scene_changes import SceneChanges
 from tests import synthetic
 from tests.ui.test_job import session_state
 
@@ -327,7 +328,7 @@ def test_a_final_render_sharpens_its_view(scene: Any) -> None:
 class QuickJob:
     """In the place of a `HoleJob`: it is looked after three times, and bakes nothing."""
 
-    error, message = "", "baking"
+    error, message, is_superseded = "", "baking", False
 
     def __init__(self, _scene: Any, _cache: Path, cameras: Sequence[CachingCamera]) -> None:
         self.cameras = cameras
@@ -369,6 +370,81 @@ def test_two_viewports_have_their_holes_filled_one_after_the_other(
     assert second.cameras[0].origin[0] == 1.0
     wait_for(fillers[1])
     assert [filler.status for filler in fillers] == ["", ""]
+
+
+class EndlessJob:
+    """In the place of a `job.Job`: it has no process, and ends when it is stopped."""
+
+    fraction, message = 0.5, "baking"
+
+    def __init__(self, *_: Any) -> None:
+        self.done, self.error = False, ""
+
+    def advance(self) -> None:
+        pass
+
+    def stop(self) -> None:
+        self.error = self.error or "stopped"
+        self.done = True
+
+
+def test_what_gave_way_to_a_final_render_is_asked_for_again(
+    extension: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
+    monkeypatch.setattr(job, "Job", EndlessJob)
+    scene: Any = bpy.context.scene
+    clock, shown = Clock(), opened(tmp_path)
+    filler = HoleFiller(clock)
+
+    def follow() -> str:
+        filler.follow(scene, shown, view_at(0.0), is_whole=True)
+        return filler.status
+
+    def give_way() -> hole_job.HoleJob:
+        """A final render starts its own, and this one's process ends a little later."""
+        before, others = hole_job.current(), hole_job.start(scene, tmp_path, ())
+        assert before is not None
+        end = time.monotonic() + 10.0
+        while not before.done:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        return others
+
+    follow()
+    clock.now += STILL_S + 0.01
+    assert follow() == "filling holes"
+    filler._tick()
+    assert follow() == "filling holes, 50 %"
+    others = give_way()
+    for _ in range(3):
+        assert filler._tick() is not None
+        assert follow() == "filling holes"
+        assert hole_job.current() is others
+    others.stop(waits=True)
+    # The render baked what the cache lacked of this view.
+    assert filler._tick() is None
+    shown.session.coverage.open_fraction = 0.0
+    assert follow() == ""
+    assert filler._tick() is None
+    assert hole_job.current() is None
+    # And if it was of another view, the filling goes on.
+    shown.session.coverage.open_fraction = 0.1
+    filler.note_change(SceneChanges(geometry=True))
+    clock.now += STILL_S + 0.01
+    follow()
+    filler._tick()
+    others = give_way()
+    filler._tick()
+    others.stop(waits=True)
+    assert filler._tick() is None
+    assert follow() == "filling holes"
+    filler._tick()
+    assert follow() == "filling holes, 50 %"
+    # One that is stopped for good is not begun again.
+    hole_job.stop_current(waits=True)
+    assert filler._tick() is None
+    assert "stopped" in follow()
 
 
 def test_sharpening_switched_on_or_off_ends_what_is_under_way(

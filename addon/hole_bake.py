@@ -9,7 +9,7 @@ of the time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from .caching.aov_render import without_new_pictures
@@ -37,6 +37,8 @@ def bake_holes(
     cache: CacheStore,
     cameras: Sequence[CachingCamera],
     progress: Progress,
+    *,
+    together: Collection[int] = (),
 ) -> tuple[int, ...]:
     """Bake cameras of the open file's `scene`, a `bpy.types.Scene`, at its current frame.
 
@@ -48,6 +50,8 @@ def bake_holes(
         cache: whose channels and materials the pictures have.
         cameras: what to bake.
         progress: is told how far it is.
+        together: numbers of temporary pictures that do not give way to these, as these do not to
+            one another.
 
     Returns:
         The pictures' numbers in the cache's `TemporaryStore`.
@@ -60,10 +64,10 @@ def bake_holes(
     store = cache.showing(state.fingerprint, state.frame)
     temporary = TemporaryStore(store)
     require_folder(temporary.folder)
-    numbers = []
+    numbers: list[int] = []
 
     def keep(framebuffer: DeepFramebuffer, seen: Seen) -> FileRecord:  # noqa: ARG001
-        numbers.append(temporary.add(framebuffer))
+        numbers.append(temporary.add(framebuffer, {*together, *numbers}))
         return FileRecord(0, "")
 
     names = numbered_materials(store, state.geometry.material_names)

@@ -29,7 +29,8 @@ from .store import CacheStore
 
 FOLDER_NAME = "temporary"
 
-# What they may take: the oldest give way to new ones. Each makes the search of every pixel longer.
+# What they may take: the oldest give way to new ones, but for those that are baked together with
+# these; `hole_cameras` bounds what one view has. Each makes the search of every pixel longer.
 MOST_PICTURES = 24
 MOST_BYTES = 256 << 20
 
@@ -72,8 +73,13 @@ class TemporaryStore:
                 found.append(begun.read_camera(camera.id))
         return tuple(found)
 
-    def add(self, framebuffer: DeepFramebuffer) -> int:
+    def add(self, framebuffer: DeepFramebuffer, together: Collection[int] = ()) -> int:
         """Write a picture; returns its number here, whatever number its camera had.
+
+        Args:
+            framebuffer: the picture.
+            together: numbers of those that are there for the same purpose, and do not give way to
+                it however many they are.
 
         Raises:
             InputError: the disk is full or the folder cannot be written; all is as before.
@@ -93,7 +99,7 @@ class TemporaryStore:
                     finished={**manifest.finished, number: record},
                 )
             )
-            self._drop(begun, self._oldest(begun))
+            self._drop(begun, self._oldest(begun, {*together, number}))
         self._sweep()
         return number
 
@@ -191,15 +197,18 @@ class TemporaryStore:
         cache = self._store.manifest
         return Manifest(cache.fingerprint, cache.settings, cache.plan, (), frame=cache.frame)
 
-    def _oldest(self, begun: CacheStore) -> list[int]:
-        """Those that have to go for the newest one to stay."""
+    @staticmethod
+    def _oldest(begun: CacheStore, together: Collection[int]) -> list[int]:
+        """Those that have to go, so that there are no more than there may be; not these."""
         manifest = begun.manifest
-        numbers = [camera.id for camera in manifest.cameras]
+        count, size = len(manifest.cameras), _bytes(begun)
         gone: list[int] = []
-        size = _bytes(begun)
-        while len(numbers) > 1 and (len(numbers) > MOST_PICTURES or size > MOST_BYTES):
-            gone.append(numbers.pop(0))
-            size -= manifest.finished[gone[-1]].size
+        for camera in manifest.cameras:
+            if count - len(gone) <= MOST_PICTURES and size <= MOST_BYTES:
+                break
+            if camera.id not in together:
+                gone.append(camera.id)
+                size -= manifest.finished[camera.id].size
         return gone
 
     @staticmethod

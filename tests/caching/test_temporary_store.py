@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +21,7 @@ from addon.caching.manifest import Manifest
 from addon.caching.plan import ChannelPlan
 from addon.caching.store import CacheStore
 from addon.caching.temporary_store import TemporaryStore, discard_all
+from addon.camplace.camera import CachingCamera
 from addon.errors import InputError
 from addon.progress import silent
 from tests import synthetic
@@ -149,6 +152,56 @@ def test_the_oldest_give_way(
     assert tones(temporary) == [0.5, 0.75, 1.0]
     files = list(temporary.folder.rglob("*.exr"))
     assert len(files) == 3
+
+
+def test_pictures_that_belong_together_do_not_give_way_to_one_another(
+    cache: CacheStore, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    temporary = TemporaryStore(cache)
+    monkeypatch.setattr(temporary_store, "MOST_PICTURES", 3)
+    for tone in (0.125, 0.25):
+        temporary.add(picture(2, tone))
+    numbers: list[int] = []
+    for tone in (0.5, 0.625, 0.75, 0.875):
+        numbers.append(temporary.add(picture(2, tone), numbers))
+        assert tones(temporary)[-len(numbers) :] == [0.5, 0.625, 0.75, 0.875][: len(numbers)]
+    assert [camera.id for camera in temporary.cameras] == numbers
+    # The next ones are baked for something else.
+    temporary.add(picture(2, 1.0))
+    assert tones(temporary) == [0.75, 0.875, 1.0]
+
+
+@pytest.mark.parametrize("budget", ["MOST_PICTURES", "MOST_BYTES"])
+def test_what_is_baked_for_a_view_is_there_at_the_end(
+    cache: CacheStore, budget: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from addon import hole_bake
+
+    class Bake:
+        def __init__(self, *_: Any, **__: Any) -> None:
+            pass
+
+        def run(self, cameras: Sequence[CachingCamera], keep: Any, *_: Any) -> None:
+            for camera in cameras:
+                keep(picture(camera.id), None)
+
+    state = SimpleNamespace(
+        fingerprint=FINGERPRINT,
+        frame=cache.manifest.frame,
+        geometry=SimpleNamespace(material_names=()),
+    )
+    monkeypatch.setattr(hole_bake, "read_state", lambda *_: state)
+    monkeypatch.setattr(hole_bake, "specialized", lambda *_: nullcontext((PLAN, ())))
+    monkeypatch.setattr(hole_bake, "CamerasBake", Bake)
+    monkeypatch.setattr(temporary_store, budget, 3)
+    scene: Any = SimpleNamespace(frame_current=1)
+    geometry: Any = None
+    temporary = TemporaryStore(cache)
+    temporary.add(picture(2))
+    first = hole_bake.bake_holes(scene, geometry, cache, CAMERAS[:5], silent)
+    assert [camera.id for camera in temporary.cameras] == list(first)
+    second = hole_bake.bake_holes(scene, geometry, cache, CAMERAS[:2], silent, together=first)
+    assert [camera.id for camera in temporary.cameras] == [*first, *second]
 
 
 def test_a_damaged_picture_is_left_out(cache: CacheStore) -> None:

@@ -207,7 +207,7 @@ class SceneRun:
                 "left_fraction": relit.report["open_fraction"],
                 "filling": filling.report(),
                 "loading": loading,
-                "warnings": list(session.warnings),
+                "warnings": [*session.warnings, *filling.notes],
             }
             _write(folder / "relit.json", report)
 

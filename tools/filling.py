@@ -55,6 +55,7 @@ class Filling:
         self._sharpens = sharpens
         self._numbers: list[int] = []
         self._resolutions: list[int] = []
+        self._notes: list[str] = []
         self._seconds = 0.0
 
     def fill(self, view: View, progress: Progress) -> None:
@@ -71,24 +72,26 @@ class Filling:
         started = time.monotonic()
         self._session.set_view(view)
         points = self._session.hole_points(and_soft=self._sharpens)
-        cameras = hole_cameras(view, points)
-        if not cameras:
+        found = hole_cameras(view, points)
+        if not found.cameras:
             return
+        if found.note:
+            self._notes.append(f"camera '{view.name}': {found.note}")
         try:
             self._numbers += bake_holes(
                 self._scene,
                 self._arrays.geometry,
                 CacheStore.open(self._cache),
-                cameras,
+                found.cameras,
                 progress,
+                together=self._numbers,
             )
         except BaseException:
             self._temporary.discard(self._numbers)
             raise
-        mine = {*self._numbers}
-        found = self._temporary.read()
-        self._session.set_added([f for f in found if f.camera.id in mine])
-        self._resolutions += [camera.resolution for camera in cameras]
+        pictures = [f for f in self._temporary.read() if f.camera.id in {*self._numbers}]
+        self._session.set_added(pictures)
+        self._resolutions += [camera.resolution for camera in found.cameras]
         self._seconds += time.monotonic() - started
 
     def __enter__(self) -> Self:
@@ -102,6 +105,11 @@ class Filling:
             self._temporary.keep(self._numbers)
         else:
             self._temporary.discard(self._numbers)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """A sentence for each view that is left with something that it lacks."""
+        return tuple(self._notes)
 
     @property
     def _temporary(self) -> TemporaryStore:

@@ -10,7 +10,8 @@ projection has no place: its cameras stand so far back that their rays are nearl
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,9 +28,26 @@ TEXELS_PER_PIXEL = 1.5
 # texels to a pixel in the mean, 0.043 with 2 and 0.042 with 3.
 SHARP_TEXELS_PER_PIXEL = 3.0
 
-# So many texels for what is soft: a large view gets fewer along a pixel's side. Temporary pictures
-# are dropped beyond 24 or 256 MB, and those of one view have to stay together.
+# So many texels for what is soft, were none of them beside it: a large view gets fewer along a
+# pixel's side.
 _SHARP_TEXELS = 12e6
+
+# What one view may have at most, so that a cache keeps its pictures together, and of the views
+# before it some: two thirds of their number there, and at 8.1 bytes of a texel, the most of the
+# scenes of docs/caching.md, three quarters of the bytes.
+MOST_PICTURES = 16
+MOST_TEXELS = 24_000_000
+
+# Texels along a pixel's side, at least, where pictures have to be coarser for that: with fewer
+# what is soft stays so, and holes that are narrower than texels stay open.
+_LEAST_SHARP_TEXELS = 1.0
+_LEAST_TEXELS = 0.5
+
+# Steps in which they become coarser, and of how many points it is told whether they have to: a
+# search among all of two million takes ten seconds.
+_COARSER = 0.9
+_MUCH_COARSER = 0.5
+_TELLING = 10_000
 
 # Pixels beyond the outermost holes: half of the widest pixel filter, and a texel's footprint.
 _MARGIN_PIXELS = 3.0
@@ -44,7 +62,7 @@ _PICTURE_COST = 320.0**2
 # Resolutions are multiples of this: texels are kept in such blocks.
 _STEP = 16
 
-# More pictures make each search through the cache longer.
+# More pictures make each search through the cache longer: so many if fewer can hold all.
 _MOST_CAMERAS = 6
 
 # A parallel view's camera stands back by so many times the width of what it shows: its rays then
@@ -76,24 +94,69 @@ class HolePoints:
         return 0.0 if self.is_soft is None or not len(self.is_soft) else float(self.is_soft.mean())
 
 
-def hole_cameras(view: View, points: HolePoints, first_id: int = 0) -> tuple[CachingCamera, ...]:
+@dataclass(frozen=True)
+class HoleCameras:
+    """What is to be baked for a view.
+
+    Attributes:
+        cameras: at the view's place.
+        texels: of their pictures along a pixel's side, at least.
+        left: share of what the view lacks that need not be in any of the pictures, [0, 1].
+    """
+
+    cameras: tuple[CachingCamera, ...] = ()
+    texels: float = 0.0
+    left: float = 0.0
+
+    @property
+    def note(self) -> str:
+        """What the view lacks for having no more pictures or texels, as one sentence; "" for
+        nothing."""
+        said = []
+        if self.left > 0.0:
+            said.append(
+                f"up to {max(100.0 * self.left, 0.01):.2f} % of what the cache lacks of this view "
+                "stays as it is"
+            )
+        if self.cameras and self.texels < 1.0:
+            said.append(
+                f"what is baked for this view has {self.texels:.2g} texels along a pixel's side"
+            )
+        if not said:
+            return ""
+        limit = f"one view has {MOST_PICTURES} pictures and {MOST_TEXELS // 10**6} million texels"
+        return f"{', and '.join(said)}: {limit} at most; a narrower or smaller view takes fewer"
+
+
+def hole_cameras(view: View, points: HolePoints, first_id: int = 0) -> HoleCameras:
     """Cameras whose pictures together hold all holes of a view and all that is soft, numbered
     from `first_id`.
 
-    One, or as many as take the least time to bake. Without either none.
+    One, or as many as take the least time to bake. Without either none. Where that would be more
+    than a view may have, they have fewer texels; and where that does not do, those are left out
+    that hold the least.
     """
-    wanted, texels = points.is_hole, TEXELS_PER_PIXEL
+    wanted, texels, least = points.is_hole, TEXELS_PER_PIXEL, _LEAST_TEXELS
     if points.is_soft is not None and points.is_soft.any():
         wanted = wanted | points.is_soft
         affordable = math.sqrt(_SHARP_TEXELS / np.count_nonzero(wanted))
         texels = min(max(affordable, TEXELS_PER_PIXEL), SHARP_TEXELS_PER_PIXEL)
-    if not wanted.any():
-        return ()
-    eye = _Eye.of(view, points.seen[wanted], texels)
-    fits = _fits(eye, points.seen[wanted], _MOST_CAMERAS)
-    return tuple(
-        fit.camera(number, eye, points.seen) for number, fit in enumerate(fits, start=first_id)
-    )
+        least = _LEAST_SHARP_TEXELS
+    holes = points.seen[wanted]
+    if not len(holes):
+        return HoleCameras()
+    # Few of many points tell nearly what all do.
+    for step in sorted({1, max(len(holes) // _TELLING, 1)}, reverse=True):
+        eye = _Eye.of(view, holes[::step], texels)
+        fits = _fits(eye, holes[::step], _MOST_CAMERAS)
+        while texels > least and not _is_within(fits):
+            texels = max(texels * _coarser(fits), least)
+            eye = replace(eye, texels=texels)
+            fits = _fits(eye, holes[::step], _MOST_CAMERAS)
+    fits = _fullest(fits)
+    cameras = (fit.camera(number, eye, points.seen) for number, fit in enumerate(fits, first_id))
+    held = sum(fit.count for fit in fits)
+    return HoleCameras(tuple(cameras), texels, 1.0 - held / len(holes))
 
 
 @dataclass(frozen=True)
@@ -136,13 +199,21 @@ class _Eye:
 class _Fit:
     """One picture around some holes: (3, 3) axes as `_Eye`, half its side at distance 1, and the
     texels that it needs along a side. `lean` is the least depth of a hole, in its depth along the
-    view's own axis, `nearest` in metres."""
+    view's own axis, `nearest` in metres, and `count` how many holes there are."""
 
     axes: NDArray[np.float64]
     extent: float
     texels: float
     lean: float
     nearest: float
+    count: int
+
+    @property
+    def resolution(self) -> int:
+        """Texels along a side, as they are baked."""
+        # What is alone at one place may need more than there can be.
+        texels = min(self.texels, RESOLUTIONS[-1])
+        return min(_STEP * int(np.ceil(texels / _STEP)), RESOLUTIONS[-1])
 
     @property
     def cost(self) -> float:
@@ -162,10 +233,37 @@ class _Fit:
             fov=2.0 * float(np.arctan(self.extent)),
             near=near,
             far=far,
-            resolution=min(_STEP * int(np.ceil(self.texels / _STEP)), RESOLUTIONS[-1]),
+            resolution=self.resolution,
             kind="PERSPECTIVE",
             source=number,
         )
+
+
+def _texels(fits: Sequence[_Fit]) -> int:
+    return sum(fit.resolution**2 for fit in fits)
+
+
+def _is_within(fits: Sequence[_Fit]) -> bool:
+    """Whether one view may have all of them."""
+    return len(fits) <= MOST_PICTURES and _texels(fits) <= MOST_TEXELS
+
+
+def _coarser(fits: Sequence[_Fit]) -> float:
+    """By which factor texels along a pixel's side become fewer where these fits are too many; not
+    at once, since coarser ones may do with fewer pictures, which are larger."""
+    share = math.sqrt(MOST_TEXELS / _texels(fits))
+    return min(max(share, _MUCH_COARSER), _COARSER)
+
+
+def _fullest(fits: tuple[_Fit, ...]) -> tuple[_Fit, ...]:
+    """Those that one view may have: all, or of many those that hold the most."""
+    if _is_within(fits):
+        return fits
+    kept: list[_Fit] = []
+    for fit in sorted(fits, key=lambda fit: fit.count, reverse=True):
+        if _is_within([*kept, fit]):
+            kept.append(fit)
+    return tuple(kept)
 
 
 def _fits(eye: _Eye, holes: NDArray[np.float64], most: int) -> tuple[_Fit, ...]:
@@ -215,7 +313,7 @@ def _fit(
     depth = -turned[:, 2]
     # Behind a camera's plane nothing can be seen: such a fit is parted.
     if depth.min() <= 0.0:
-        return _Fit(axes, np.inf, np.inf, 0.0, 0.0)
+        return _Fit(axes, np.inf, np.inf, 0.0, 0.0, len(own))
     pixel = eye.pixel * -own[:, 2] if eye.perspective else np.full(len(own), eye.pixel)
     across = np.maximum(np.abs(turned[:, 0]), np.abs(turned[:, 1]))
     reach = across + _MARGIN_PIXELS * pixel * depth / -own[:, 2]
@@ -223,7 +321,7 @@ def _fit(
     width = _least_stretch(eye.axes.T @ axes, turned) * pixel
     density = eye.texels * float((1.0 / np.maximum(width, np.finfo(float).tiny)).max())
     lean = float((depth / -own[:, 2]).min())
-    return _Fit(axes, extent, 2.0 * extent * density, lean, float(depth.min()))
+    return _Fit(axes, extent, 2.0 * extent * density, lean, float(depth.min()), len(own))
 
 
 def _least_stretch(axes: NDArray[np.float64], place: NDArray[np.float64]) -> NDArray[np.float64]:

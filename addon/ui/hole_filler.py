@@ -38,6 +38,9 @@ _SHOWING = {"VIEW_3D", "PROPERTIES"}
 class HoleFiller:
     """Follows one viewport.
 
+    Attributes:
+        note: what its view lacks still once that is baked, as one sentence; "" for nothing.
+
     Args:
         clock: seconds.
     """
@@ -52,7 +55,7 @@ class HoleFiller:
         self._job: hole_job.HoleJob | None = None
         # Whether a final render, or another viewport's holes, took the place of that job.
         self._gave_way = False
-        self._label = ""
+        self._label = self.note = ""
         self._error = ""
         # Blender knows a timer's function by its identity, and a method has a new one each time.
         self._timer = self._tick
@@ -75,10 +78,10 @@ class HoleFiller:
         if self._view is None or not same_view(view, self._view):
             self._drop()
             self._view, self._since = view, self._clock()
-            self._asked, self._error = None, ""
+            self._asked, self._error, self.note = None, "", ""
         if not scene.relume.fill_holes:
             self._drop()
-            self._asked = None
+            self._asked, self.note = None, ""
             return
         if self._asked is not None and scene.relume.sharpen_views != self._asked:
             # What is baked for the holes alone would be too coarse, and with what is soft too long.
@@ -93,10 +96,10 @@ class HoleFiller:
         points = lacking_points(scene, opened.session)
         if points is None:
             return
-        cameras = hole_cameras(view, points)
-        if cameras:
-            self._label = label(points).lower()
-            self._wanted = (scene.session_uid, opened.folder, cameras)
+        found = hole_cameras(view, points)
+        if found.cameras:
+            self._label, self.note = label(points).lower(), found.note
+            self._wanted = (scene.session_uid, opened.folder, found.cameras)
             call_later(self._timer, 0.0)
 
     @property

@@ -33,19 +33,20 @@ def fill_for_render(
         main: does what draws, and what needs Blender's operators.
 
     Returns:
-        Why it could not be done, as one sentence; "" where it was, or there was nothing to do.
+        Why it could not be done, or not for all of the view, as one sentence; "" where it was, or
+        there was nothing to do.
     """
     points = main.do(lambda: lacking_points(scene, opened.session))
     if points is None:
         return ""
-    cameras = hole_cameras(view, points)
-    if not cameras:
+    found = hole_cameras(view, points)
+    if not found.cameras:
         return ""
     missed = "its holes were not filled" if points.is_soft is None else "it was not sharpened"
     if opened.stale:
         return f"{missed}, since the cache is of the scene as it was: bake again"
     try:
-        job = main.do(lambda: hole_job.start(scene, opened.folder, cameras))
+        job = main.do(lambda: hole_job.start(scene, opened.folder, found.cameras))
     except InputError as error:
         return f"{missed}: {error}"
     try:
@@ -59,4 +60,4 @@ def fill_for_render(
     if job.error:
         return f"{missed}: {job.error}"
     main.do(opened.follow_filled)
-    return ""
+    return found.note

@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from addon.caching.temporary_store import MOST_PICTURES
+from addon.caching.temporary_store import MOST_BYTES
+from addon.caching.temporary_store import MOST_PICTURES as MOST_KEPT
 from addon.camplace.camera import CachingCamera
 from addon.camplace.hole_cameras import (
+    MOST_PICTURES,
+    MOST_TEXELS,
     SHARP_TEXELS_PER_PIXEL,
     TEXELS_PER_PIXEL,
+    HoleCameras,
     HolePoints,
     hole_cameras,
 )
@@ -24,9 +28,12 @@ from tests import synthetic
 _PLACE = synthetic.looking_at((3.0, -8.0, 2.0), (0.0, 0.0, 0.5))
 
 
-def seen_by(view: View, depth: float = 6.0) -> NDArray[np.float64]:
-    """A point on the ray of each pixel's centre, (H, W, 3), at about this distance."""
+def seen_by(view: View, depth: float = 6.0, every: int = 1) -> NDArray[np.float64]:
+    """A point on the ray of each pixel's centre, (H, W, 3), at about this distance; of fewer
+    pixels (N, 3), one after another."""
     x, y = np.meshgrid(np.arange(view.width) + 0.5, np.arange(view.height) + 0.5)
+    if every > 1:
+        x, y = x.ravel()[::every], y.ravel()[::every]
     origins, directions = view.rays(np.stack([x, y], axis=-1))
     away = depth * (1.0 + 0.2 * np.sin(0.3 * x + 0.2 * y))
     return np.asarray(origins + away[..., None] * directions)
@@ -36,7 +43,8 @@ def cameras_of(
     view: View, is_hole: NDArray[np.bool_], is_soft: NDArray[np.bool_] | None = None
 ) -> tuple[CachingCamera, ...]:
     soft = None if is_soft is None else is_soft.ravel()
-    return hole_cameras(view, HolePoints(seen_by(view).reshape(-1, 3), is_hole.ravel(), soft))
+    points = HolePoints(seen_by(view).reshape(-1, 3), is_hole.ravel(), soft)
+    return hole_cameras(view, points).cameras
 
 
 def held(cameras: tuple[CachingCamera, ...], points: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -120,7 +128,6 @@ def test_texels_are_finer_than_pixels(name: str, what: str) -> None:
 
 
 def test_a_large_soft_view_gets_fewer_texels_for_a_pixel() -> None:
-    """Its pictures stay together: not more than a cache keeps beside it."""
     few = {}
     for width in (320, 1920):
         view = a_view(0.9, (width, width * 9 // 16))
@@ -129,11 +136,64 @@ def test_a_large_soft_view_gets_fewer_texels_for_a_pixel() -> None:
         some = seen_by(view)[:: max(width // 64, 1), :: max(width // 64, 1)].reshape(-1, 3)
         seen = np.resize(some, (count, 3))
         points = HolePoints(seen, np.zeros(count, dtype=bool), np.ones(count, dtype=bool))
-        cameras = hole_cameras(view, points)
-        few[width] = sum(camera.resolution**2 for camera in cameras) / count
-        assert len(cameras) < MOST_PICTURES
+        few[width] = texels_of(hole_cameras(view, points)) / count
     assert few[320] > SHARP_TEXELS_PER_PIXEL**2
     assert TEXELS_PER_PIXEL**2 < few[1920] < few[320]
+
+
+def texels_of(found: HoleCameras) -> int:
+    return sum(camera.resolution**2 for camera in found.cameras)
+
+
+def test_a_cache_keeps_the_pictures_of_a_view_together() -> None:
+    assert MOST_PICTURES < MOST_KEPT
+    # The most of the scenes of docs/caching.md.
+    assert MOST_TEXELS * 8.1 < MOST_BYTES
+
+
+# Picture size, field of view in degrees, every which pixel is asked.
+LARGE = {
+    "1080p": ((1920, 1080), 50.0, 16),
+    "1080p, wide": ((1920, 1080), 90.0, 16),
+    "4k, wide": ((3840, 2160), 90.0, 60),
+    "very wide": ((640, 480), 150.0, 2),
+    "nearly flat": ((640, 480), 170.0, 2),
+}
+
+
+@pytest.mark.parametrize("name", LARGE)
+@pytest.mark.parametrize("what", ["holes", "soft", "scattered holes"])
+def test_a_view_has_no_more_pictures_and_texels_than_it_may(name: str, what: str) -> None:
+    size, degrees, every = LARGE[name]
+    view = a_view(np.radians(degrees), size)
+    seen = seen_by(view, every=every)
+    none = np.zeros(len(seen), dtype=bool)
+    lacks = np.random.default_rng(3).random(len(seen)) < (0.005 if "scattered" in what else 1.0)
+    points = HolePoints(seen, none, lacks) if what == "soft" else HolePoints(seen, lacks)
+    found = hole_cameras(view, points)
+    assert len(found.cameras) <= MOST_PICTURES
+    assert texels_of(found) <= MOST_TEXELS
+    missed = 1.0 - float(held(found.cameras, seen[lacks]).mean())
+    # What one picture is left out for, another may show.
+    assert missed <= found.left
+    assert ("stays as it is" in found.note) == (found.left > 0.0)
+    assert (found.left > 0.0) <= (name in {"4k, wide", "very wide", "nearly flat"})
+    assert ("texels along" in found.note) == (found.texels < 1.0)
+    if what == "soft":
+        assert found.texels >= 1.0
+
+
+def test_what_lacks_most_is_served_first() -> None:
+    """Where a view may not have pictures of all: here of few holes in a corner of a large view."""
+    view = a_view(np.radians(170.0), (640, 480))
+    is_hole = np.random.default_rng(3).random((480, 640)) < 0.001
+    is_hole[200:280, 280:360] = True
+    points = HolePoints(seen_by(view).reshape(-1, 3), is_hole.ravel())
+    found = hole_cameras(view, points)
+    assert 0.0 < found.left < 0.05
+    middle = np.zeros_like(is_hole)
+    middle[200:280, 280:360] = True
+    assert held(found.cameras, seen_by(view)[middle]).all()
 
 
 def test_where_nothing_is_soft_holes_are_baked_as_ever() -> None:

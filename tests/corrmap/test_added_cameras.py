@@ -136,7 +136,7 @@ def test_a_camera_at_the_view_closes_its_holes(gpu_context: None, setup: Setup) 
     sampler.set_view(setup.view)
     before = sampler.coverage()
     assert before.open_fraction > 0.05
-    cameras = hole_cameras(setup.view, sampler.hole_points(), first_id=50)
+    cameras = hole_cameras(setup.view, sampler.hole_points(), first_id=50).cameras
     tracer = synthetic.Tracer(setup.geometry)
     sampler.set_added(
         [synthetic.trace_framebuffer(setup.geometry, tracer, c, setup.color) for c in cameras]
@@ -190,13 +190,13 @@ def test_a_camera_at_the_view_sharpens_what_is_soft(gpu_context: None) -> None:
     assert points.is_soft[left].all()
     assert not points.is_soft[right].any()
     assert points.soft_fraction == pytest.approx(0.5, abs=0.05)
-    (camera,) = hole_cameras(view, points, first_id=2)
+    (camera,) = hole_cameras(view, points, first_id=2).cameras
     # It looks at the left half of the picture only.
     assert camera.project(np.array([1.5, 0.0, 0.0]))[0] > 1.0
     sampler.set_added(baked([camera]))
     sampler.set_view(view)
     assert sampler.hole_points(and_soft=True).soft_fraction == 0.0
-    assert hole_cameras(view, sampler.hole_points(and_soft=True)) == ()
+    assert hole_cameras(view, sampler.hole_points(and_soft=True)).cameras == ()
     # A hole is not soft too.
     half = sampler_of(setup, baked([coarse]), 1 << 30)
     assert isinstance(half, SurfaceSampler)

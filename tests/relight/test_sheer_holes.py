@@ -42,11 +42,10 @@ def test_layers_have_holes_and_are_filled(tmp_path: Path) -> None:
     assert share > 0.03
     assert points.is_hole[on_pane].all()
     assert session.coverage.hole_fraction >= share
-    numbers = bake_holes(
-        scene, geometry, CacheStore.open(tmp_path), hole_cameras(view, points), silent
-    )
-    found = TemporaryStore(CacheStore.open(tmp_path)).read()
-    session.set_added([each for each in found if each.camera.id in numbers])
+    found = hole_cameras(view, points)
+    numbers = bake_holes(scene, geometry, CacheStore.open(tmp_path), found.cameras, silent)
+    pictures = TemporaryStore(CacheStore.open(tmp_path)).read()
+    session.set_added([each for each in pictures if each.camera.id in numbers])
     # What is left are pixels at the pane's edges, which their neighbours fill.
     assert session.hole_points().is_hole[on_pane].mean() < 0.03
     assert session.coverage.hole_fraction < 5e-3

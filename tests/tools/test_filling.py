@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
+from addon.camplace.hole_cameras import HoleCameras
 from addon.progress import Cancelled
+from tests import synthetic
 from tools.filling import Filling
 from tools.verbs import arguments
 
@@ -25,9 +28,10 @@ def done(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, list[int]]]:
         read=list,
     )
     monkeypatch.setattr(Filling, "_temporary", store)
-    monkeypatch.setattr("tools.filling.hole_cameras", lambda *_: [SimpleNamespace(resolution=64)])
+    found = HoleCameras((synthetic.cube_cameras((0.0, 0.0, 0.0), 64)[0],), 1.5, 0.25)
+    monkeypatch.setattr("tools.filling.hole_cameras", lambda *_: found)
     monkeypatch.setattr("tools.filling.CacheStore", SimpleNamespace(open=lambda _: None))
-    monkeypatch.setattr("addon.hole_bake.bake_holes", lambda *_: [7])
+    monkeypatch.setattr("addon.hole_bake.bake_holes", lambda *_, **__: [7])
     return told
 
 
@@ -44,7 +48,7 @@ def _filling(*, keeps: bool) -> Filling:
 def test_pictures_are_kept_or_go_whatever_happens_later(
     done: list[tuple[str, list[int]]], keeps: bool, what: str, error: type[BaseException] | None
 ) -> None:
-    view: Any = None
+    view: Any = SimpleNamespace(name="Camera")
     raised = None
     try:
         with _filling(keeps=keeps) as filling:
@@ -55,6 +59,27 @@ def test_pictures_are_kept_or_go_whatever_happens_later(
         raised = type(caught)
     assert raised is error
     assert done == [(what, [7])]
+
+
+@pytest.mark.usefixtures("done")
+def test_pictures_of_one_run_stay_together_and_what_is_left_is_said(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    numbers = iter(range(10))
+    given: list[list[int]] = []
+
+    def bake(*_: Any, together: Sequence[int]) -> tuple[int, ...]:
+        given.append(list(together))
+        return next(numbers), next(numbers)
+
+    monkeypatch.setattr("addon.hole_bake.bake_holes", bake)
+    with _filling(keeps=True) as filling:
+        for name in ("Left", "Right"):
+            view: Any = SimpleNamespace(name=name)
+            filling.fill(view, lambda *_: None)
+    assert given == [[], [0, 1]]
+    assert [note.partition(":")[0] for note in filling.notes] == ["camera 'Left'", "camera 'Right'"]
+    assert all("25.00 % of what the cache lacks" in note for note in filling.notes)
 
 
 @pytest.mark.parametrize(
@@ -80,6 +105,6 @@ def test_what_is_soft_is_asked_for_with_sharpen_alone(
     )
     arrays: Any = SimpleNamespace(geometry=None)
     chosen = arguments.filling(parser.parse_args(given))
-    view: Any = None
+    view: Any = SimpleNamespace(name="Camera")
     Filling(None, arrays, Path("cache"), session, **chosen).fill(view, lambda *_: None)
     assert asked == ([sharpens] if fills else [])

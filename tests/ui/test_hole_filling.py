@@ -23,9 +23,10 @@ from addon.camplace.camera import CachingCamera
 from addon.camplace.cameras_file import read_cameras, write_cameras
 from addon.camplace.hole_cameras import HolePoints, hole_cameras
 from addon.errors import InputError
+from addon.progress import silent
 from addon.scene.depsgraph_reader import with_render_depsgraph
 from addon.scene.geometry_reader import read_geometry
-from addon.ui import hole_filler, hole_job, job
+from addon.ui import hole_filler, hole_job, hole_render, job
 from addon.ui.camera_objects import show_cameras
 from addon.ui.event_loop import call_later
 from addon.ui.hole_filler import STILL_S, HoleFiller
@@ -304,7 +305,7 @@ def test_holes_among_soft_edges_are_baked_as_ever(scene: Any) -> None:
         )
         lacking = lacking_points(scene, session)
         assert lacking is not None
-        found.append([camera.to_json() for camera in hole_cameras(view, lacking)])
+        found.append([camera.to_json() for camera in hole_cameras(view, lacking).cameras])
     assert found[1] == found[0]
     assert found[2] != found[0]
 
@@ -488,6 +489,36 @@ def test_sharpening_switched_on_or_off_ends_what_is_under_way(
         camera.to_json() for camera in coarse.cameras
     ]
     wait_for(filler)
+
+
+def test_what_is_left_of_a_view_is_said(
+    extension: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hole_filler, "call_later", lambda *_: None)
+    monkeypatch.setattr(hole_job, "HoleJob", QuickJob)
+    monkeypatch.setattr(hole_render, "_TICK_S", 0.0)
+    scene: Any = bpy.context.scene
+    main: Any = SimpleNamespace(do=lambda function: function())
+    shown = opened(tmp_path)
+    shown.follow_filled = lambda: True
+    clock = Clock()
+    filler = HoleFiller(clock)
+    whole = hole_cameras(view_at(0.0), shown.session.hole_points())
+    for left in (0.0, 0.25):
+        found = replace(whole, left=left)
+        monkeypatch.setattr(hole_filler, "hole_cameras", lambda *_, found=found: found)
+        monkeypatch.setattr(hole_render, "hole_cameras", lambda *_, found=found: found)
+        said = hole_render.fill_for_render(scene, shown, view_at(0.0), silent, main)
+        for _ in range(2):
+            filler.follow(scene, shown, view_at(left), is_whole=True)
+            clock.now += STILL_S + 0.01
+        assert said == filler.note == found.note
+        assert bool(said) == (left > 0.0)
+    wait_for(filler)
+    assert "25.00 % of what the cache lacks" in filler.note
+    # Another view, or none that is to be filled.
+    filler.follow(scene, shown, view_at(1.0), is_whole=True)
+    assert filler.note == ""
 
 
 def test_a_timer_that_is_there_is_not_set_again(extension: None) -> None:

@@ -122,7 +122,13 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
         "triangles": len(arrays.geometry),
         "bake": baked.to_json(),
         "filled": filling.report(),
-        "warnings": [*arrays.warnings, *said, *baked.notes, *baked.approximations],
+        "warnings": [
+            *arrays.warnings,
+            *said,
+            *filling.notes,
+            *baked.notes,
+            *baked.approximations,
+        ],
         "views": [view.report for view in views],
         "contact_sheet": str(sheet),
     }

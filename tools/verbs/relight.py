@@ -158,6 +158,7 @@ def run(args: argparse.Namespace, progress: Progress) -> dict[str, Any]:
             *arrays.warnings,
             *(exposure.warnings if exposure is not None else ()),
             *session.warnings,
+            *filling.notes,
             *cache_approximations(args.cache),
         ],
     }

@@ -21,6 +21,7 @@ from ..camplace.settings import RESOLUTIONS
 from ..errors import InputError
 from .cache_folder import cache_folder
 from .cache_stamp import cache_stamp
+from .viewport_warnings import viewport_warnings
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class CacheState:
         icon: Blender's icon for it.
         details: more lines.
         approximations: one for each material that is not cached as Cycles shows it.
+        warnings: one for each thing else that viewports leave out or approximate.
         placed: what was placed last.
         cameras: the cache's, finished or not.
         largest: the highest resolution that they may have, texels along a side.
@@ -42,6 +44,7 @@ class CacheState:
     icon: str
     details: tuple[str, ...] = ()
     approximations: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
     placed: tuple[CachingCamera, ...] = ()
     cameras: tuple[CachingCamera, ...] = ()
     largest: int = RESOLUTIONS[-1]
@@ -66,7 +69,7 @@ def note_staleness(folder: Path, stamp: int, sentences: tuple[str, ...]) -> None
 
 
 def read_cache_state(scene: Any) -> CacheState:
-    """The state of a scene's cache, from the manifest."""
+    """The state of a scene's cache, from the manifest, and what viewports said of it."""
     global _last  # noqa: PLW0603 - a memory of the one thing asked for again and again
     try:
         folder = cache_folder(scene)
@@ -75,7 +78,7 @@ def read_cache_state(scene: Any) -> CacheState:
     key = (folder, cache_stamp(folder), cache_stamp(folder, PLACEMENT_NAME))
     if _last is None or _last[0] != key:
         _last = (key, _read(folder, placed=key[2] != 0))
-    state = _last[1]
+    state = replace(_last[1], warnings=viewport_warnings(folder))
     if sentences := _stale.get(key[:2]):
         details = tuple(f"Stale: {sentence}" for sentence in sentences)
         return replace(state, icon="ERROR", details=details)

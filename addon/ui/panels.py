@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import bpy
@@ -101,13 +102,20 @@ def draw_state(layout: Any, state: CacheState, characters: int) -> None:
     draw_text(box, state.summary, state.icon, characters)
     for line in state.details:
         draw_text(box, line, "BLANK1", characters)
-    if state.approximations:
-        box.label(text="Shown approximately:", icon="INFO")
-        for text in state.approximations[:MOST_LINES]:
-            draw_text(box, text, "DOT", characters)
-        more = len(state.approximations) - MOST_LINES
-        if more > 0:
-            box.label(text=f"and {more} more", icon="BLANK1")
+    _draw_list(box, "Shown approximately:", state.approximations, characters)
+    _draw_list(box, "In the viewport:", state.warnings, characters)
+
+
+def _draw_list(box: Any, heading: str, sentences: Sequence[str], characters: int) -> None:
+    """Sentences below a heading, as many as there is room for; nothing where there is none."""
+    if not sentences:
+        return
+    box.label(text=heading, icon="INFO")
+    for text in sentences[:MOST_LINES]:
+        draw_text(box, text, "DOT", characters)
+    more = len(sentences) - MOST_LINES
+    if more > 0:
+        box.label(text=f"and {more} more", icon="BLANK1")
 
 
 class RELUME_PT_sampling(RenderPanel, bpy.types.Panel):

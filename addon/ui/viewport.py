@@ -21,6 +21,7 @@ from .progressive_picture import ProgressivePicture, in_words
 from .properties import picture_seconds
 from .scene_changes import NOTHING, SceneChanges, read_changes, scene_key, world_key
 from .unbaked_picture import draw_unbaked
+from .viewport_warnings import ViewportWarnings
 
 if TYPE_CHECKING:
     import bpy
@@ -50,6 +51,7 @@ class Viewport:
         self._picture = ProgressivePicture()
         self._filler = HoleFiller()
         self._heat_map = HeatMap()
+        self._warnings = ViewportWarnings()
 
     def note_changes(self, depsgraph: Any) -> None:
         """Remember what the last evaluation of the scene changed."""
@@ -71,6 +73,7 @@ class Viewport:
             if not self._announced or self._picture.texture is None:
                 self._draw_unbaked(depsgraph, view)
             unfinished = self._announced
+            self._warnings.forget()
             engine.update_stats("Relume", self._error)
         else:
             target = scene.relume.viewport_samples
@@ -84,6 +87,13 @@ class Viewport:
             self._filler.follow(scene.original, self._opened, view, is_whole=is_whole)
             if scene.relume.show_confidence and is_whole:
                 self._heat_map.update(self._opened.session, view)
+            if not self._picture.is_moving:
+                self._warnings.follow(
+                    self._opened,
+                    self._picture.times,
+                    self._filler.note,
+                    is_finished=not unfinished,
+                )
             engine.update_stats("Relume", self._status(self._opened, target))
         self._show(engine, scene, view)
         if self._opened is not None and scene.relume.show_confidence:

@@ -3,7 +3,9 @@
 middle sees the surface.
 
 Sample k of the lights is shaded at one of these places, so that none of them is shaded elsewhere
-than where a pixel sees it, however little of the pixel its surface takes.
+than where a pixel sees it, however little of the pixel its surface takes. Of large pictures of many
+samples not all are kept, but those of the first visibility samples: the more is seen of a surface,
+the more it has of them.
 """
 
 from __future__ import annotations
@@ -24,6 +26,9 @@ OWN_HIT_SAMPLERS: Samplers = (
 )
 OWN_HIT_DEFINES = (("HAS_OWN_HITS", "1"), *ROW_DEFINES)
 
+# More than any number of visibility samples, as GLSL holds it.
+ALL_LOOKS = (1 << 31) - 1
+
 # For messages.
 _HITS = "pixels' hits"
 
@@ -37,21 +42,17 @@ class OwnHits:
         position: (K, 4) float32, as `VisibleSurface.position`.
         normal: (K, 3) float32, as `VisibleSurface.normal`.
         triangle: (K, 2) float32, as `VisibleSurface.triangles`.
+        looks: of so many visibility samples all are here.
     """
 
     sample: NDArray[np.int64]
     position: NDArray[np.float32]
     normal: NDArray[np.float32]
     triangle: NDArray[np.float32]
+    looks: int = ALL_LOOKS
 
     def __len__(self) -> int:
         return len(self.sample)
-
-    def some(self, chosen: NDArray[np.bool_]) -> OwnHits:
-        """Those that are chosen (K,)."""
-        return OwnHits(
-            self.sample[chosen], self.position[chosen], self.normal[chosen], self.triangle[chosen]
-        )
 
     def textures(self, width: int, height: int) -> dict[str, Texture]:
         """By the names in `OWN_HIT_SAMPLERS`; `hit_range` is as large as the samples' atlas, and
@@ -71,57 +72,34 @@ class OwnHits:
 class OwnHitsBuilder:
     """Takes hits as they come.
 
-    When there are too many, those of the samples that are hit most are let go, and no more of these
-    are taken: what visibility samples hit often, one of each group of them hits, and there it is
-    shaded then (`shading_samples`).
-
     Args:
-        most: how many are kept.
+        most: how many there may be. Those of the visibility sample that goes beyond, and of all
+            that follow, are not taken.
     """
 
     def __init__(self, most: int = 1 << 22) -> None:
         self._most = most
-        self._kept = 0
-        # Of each sample, how often it was hit, and whether its hits are let go.
-        self._count = np.zeros(0, dtype=np.int64)
-        self._is_let_go = np.zeros(0, dtype=np.bool_)
+        self._count = 0
+        self._looks = ALL_LOOKS
+        nothing = np.zeros((0, 4), dtype=np.float32)
         self._parts = [
-            OwnHits(
-                np.zeros(0, dtype=np.int64),
-                *(np.zeros((0, size), dtype=np.float32) for size in (4, 3, 2)),
-            )
+            OwnHits(np.zeros(0, dtype=np.int64), nothing, nothing[:, :3], nothing[:, :2])
         ]
 
-    def add(self, hits: OwnHits) -> None:
-        """Take those of one visibility sample."""
-        if not len(hits):
-            return
-        more = int(hits.sample.max()) + 1 - len(self._count)
-        if more > 0:
-            self._count = np.pad(self._count, (0, more))
-            self._is_let_go = np.pad(self._is_let_go, (0, more))
-        hits = hits.some(~self._is_let_go[hits.sample])
-        self._count += np.bincount(hits.sample, minlength=len(self._count))
-        self._parts.append(hits)
-        self._kept += len(hits)
-        if self._kept > self._most:
-            self._let_go()
+    def add(self, hits: OwnHits, look: int) -> None:
+        """Take some of a visibility sample, whose number is not below that of the last."""
+        if self._count + len(hits) > self._most:
+            self._looks = min(self._looks, look)
+        if look < self._looks:
+            self._count += len(hits)
+            self._parts.append(hits)
 
     def finish(self) -> OwnHits:
-        """All that are kept."""
-        sample, *values = (
-            np.concatenate([getattr(part, name) for part in self._parts])
-            for name in ("sample", "position", "normal", "triangle")
-        )
+        """All that were taken."""
+        sample = np.concatenate([part.sample for part in self._parts])
         order = np.argsort(sample, kind="stable")
-        return OwnHits(sample[order], *(value[order] for value in values))
-
-    def _let_go(self) -> None:
-        """Let hits of the most hit samples go, until there is room for as many again."""
-        count = np.where(self._is_let_go, 0, self._count)
-        of_count = np.bincount(count)
-        total = np.cumsum(of_count * np.arange(len(of_count)))
-        kept = int(np.searchsorted(total, self._most // 2, "right")) - 1
-        self._is_let_go |= count > kept
-        self._parts = [part.some(~self._is_let_go[part.sample]) for part in self._parts]
-        self._kept = sum(len(part) for part in self._parts)
+        position, normal, triangle = (
+            np.concatenate([getattr(part, name) for part in self._parts])[order]
+            for name in ("position", "normal", "triangle")
+        )
+        return OwnHits(sample[order], position, normal, triangle, self._looks)

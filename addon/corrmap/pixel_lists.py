@@ -200,6 +200,7 @@ class ListBuilder:
                 pixel's cell. Some that are on the pixel's own surface may be among them.
             weight: (N, 3) the share of their light that reaches the viewer, with sheer layers.
         """
+        look = self._visibility
         self._visibility += weight is None
         sample = np.full(len(pixel), -1, dtype=np.int64)
         if moved is not None:
@@ -221,7 +222,8 @@ class ListBuilder:
             # Of a crowded cell another surface's sample may serve.
             place, facing = self._position[sample[kept]], self._normal[sample[kept]]
             kept = kept[same_surface(place, facing, position[kept], normal[kept])]
-            self._hits.add(OwnHits(sample[kept], position[kept], normal[kept], triangle[kept]))
+            hits = OwnHits(sample[kept], position[kept], normal[kept], triangle[kept])
+            self._hits.add(hits, look)
         self._new.append(pixel << 32 | sample)
         if weight is not None:
             self._new_weights.append(weight.astype(np.float64))

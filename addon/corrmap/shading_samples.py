@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -79,16 +80,18 @@ _BYTES_OF_VALUES = 16
 # Entries of all lists: a quarter of a gigabyte.
 _MOST_ENTRIES = 1 << 25
 
+
+def _hits_block(*more: Field) -> UniformBlock:
+    fields = (Field("vec2", "offset"), Field("int", "height"), Field("int", "number"))
+    return UniformBlock("hits", (*fields, *more))
+
+
 _HITS = PassShader(
     name="sample_hits",
     fragment="sample_hits",
     library=("same_surface",),
     defines=SAME_SURFACE_DEFINES,
-    blocks=(
-        UniformBlock(
-            "hits", (Field("vec2", "offset"), Field("int", "height"), Field("int", "number"))
-        ),
-    ),
+    blocks=(_hits_block(),),
     samplers=(
         *PAIR_SAMPLERS,
         ("sample_triangle", "FLOAT_2D"),
@@ -106,6 +109,7 @@ _OWN_HITS = replace(
     name="sample_own_hits",
     library=("row_texture", *_HITS.library),
     defines=(*_HITS.defines, *OWN_HIT_DEFINES),
+    blocks=(_hits_block(Field("int", "looks")),),
     samplers=(*_HITS.samplers, *OWN_HIT_SAMPLERS),
 )
 
@@ -340,6 +344,9 @@ class ShadingSamples:
         size = (own.position.width, own.position.height)
         targets = [texture_2d(*size), texture_2d(*size), texture_2d(*size, "RG32F")]
         described = _OWN_HITS if self._hit_textures else _HITS
+        uniforms: dict[str, Any] = {"height": height, "number": k}
+        if self._hit_textures:
+            uniforms["looks"] = self._lists.lists.own_hits.looks
         # The last that hits a surface stays.
         for order, look in enumerate((*_others_in_group(k), k)):
             hits = self._pinhole(look)
@@ -355,7 +362,7 @@ class ShadingSamples:
                         "sample_cell": self._cells,
                         **self._hit_textures,
                     },
-                    {"hits": {"offset": self._looks.offset(look), "height": height, "number": k}},
+                    {"hits": {"offset": self._looks.offset(look), **uniforms}},
                 )
         position, normal, triangles = targets
         return replace(own, position=position, normal=normal, triangles=triangles)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: GPL-3.0-or-later
  * Where each shading sample is shaded for one sample of the view: where its cell's hit is, if that
- * is on its surface, else at its own place; one that serves a single pixel, at what that hits of it,
- * by turns. Rows above the picture hold the further samples. */
+ * is on its surface, else at its own place; one whose hits are kept, at these by turns. Rows above the picture hold the further samples. */
 void main()
 {
   ivec2 texel = ivec2(gl_FragCoord.xy);
@@ -9,21 +8,30 @@ void main()
   if (texel.y >= hits.height) {
     cell = ivec2(texelFetch(sample_cell, texel - ivec2(0, hits.height), 0).xy);
   }
-  surface_position = texelFetch(sample_position, texel, 0);
-  surface_geometric_normal = texelFetch(sample_normal, texel, 0);
+  vec4 own_position = texelFetch(sample_position, texel, 0);
+  vec4 own_normal = texelFetch(sample_normal, texel, 0);
+  surface_position = own_position;
+  surface_geometric_normal = own_normal;
   surface_triangle = texelFetch(sample_triangle, texel, 0).xy;
 #ifdef HAS_OWN_HITS
-  ivec2 range = ivec2(texelFetch(hit_range, texel, 0).xy + vec2(0.5));
+  ivec2 range = ivec2(texelFetch(hit_range, texel, 0).xy);
   if (range.y > 0) {
+    /* Later visibility samples' hits were not kept. Those that were come twice; then hits are looked
+     * for as of samples that have none of their own. */
+    bool is_kept = hits.number / 2 < hits.looks;
 #  ifdef OVER
-    discard; /* it is written already */
-#  endif
-    int number = range.x + hits.number % range.y;
-    ivec2 hit = row_texel(number);
+    if (is_kept) {
+      discard; /* it is written already */
+    }
+#  else
+    ivec2 hit = row_texel(range.x + hits.number % range.y);
     surface_position = texelFetch(hit_position, hit, 0);
     surface_geometric_normal.xyz = texelFetch(hit_normal, hit, 0).xyz;
     surface_triangle = texelFetch(hit_triangle, hit, 0).xy;
-    return;
+    if (is_kept) {
+      return;
+    }
+#  endif
   }
 #endif
   vec4 p = texelFetch(visible_position, cell, 0);
@@ -33,7 +41,7 @@ void main()
     discard;
   }
 #endif
-  bool is_hit = same_surface(surface_position, surface_geometric_normal.xyz, p, n);
+  bool is_hit = same_surface(own_position, own_normal.xyz, p, n);
 #ifdef OVER
   if (!is_hit) {
     discard;

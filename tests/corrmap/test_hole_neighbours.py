@@ -112,9 +112,8 @@ def with_further(visible: Any, found: NDArray[np.float32]) -> tuple[NDArray[np.i
     half = rng.choice(holes, 4 * width), rng.integers(0, found[..., 0].size, 4 * width)
     pixel = rng.permutation(np.concatenate(half))
     whole = {}
-    for name, texture_format in (
-        ("position", "RGBA32F"), ("normal", "RGBA32F"), ("triangles", "RG32F"),
-    ):  # fmt: skip
+    formats: dict[str, Any] = {"position": "RGBA32F", "normal": "RGBA32F", "triangles": "RG32F"}
+    for name, texture_format in formats.items():
         picture = read_texture(getattr(visible, name))
         rows = picture.reshape(-1, picture.shape[-1])[pixel].reshape(8, width, -1)
         whole[name] = texture_from_array(np.concatenate([picture, rows]), texture_format)

@@ -88,6 +88,22 @@ def correspondence(
     return result
 
 
+def own_weights(
+    framebuffer: DeepFramebuffer,
+    taps: Footprints,
+    normals: NDArray[np.float64],
+    material: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """(N, 4) of the texels for N points: of those of their material that face as they do, if there
+    are any."""
+    weight = taps.weight * taps.same
+    ids = framebuffer.channels["material_id"][taps.y, taps.x, 0]
+    shading = framebuffer.channels["normal"][taps.y, taps.x].astype(np.float64)
+    facing = (shading * normals[:, None]).sum(-1) > SAME_FACING
+    own = weight * (ids == material[:, None]) * facing
+    return np.where(own.sum(1, keepdims=True) > 0.0, own, weight)
+
+
 def gather(
     framebuffers: Sequence[DeepFramebuffer],
     found: NDArray[np.float64],
@@ -107,12 +123,7 @@ def gather(
         if not mine.any():
             continue
         taps = footprints(framebuffer, points[mine], normals[mine], local_size[mine])
-        weight = taps.weight * taps.same
-        ids = framebuffer.channels["material_id"][taps.y, taps.x, 0]
-        shading = framebuffer.channels["normal"][taps.y, taps.x].astype(np.float64)
-        facing = (shading * normals[mine, None]).sum(-1) > SAME_FACING
-        own = weight * (ids == material[mine, None]) * facing
-        weight = np.where(own.sum(1, keepdims=True) > 0.0, own, weight)
+        weight = own_weights(framebuffer, taps, normals[mine], material[mine])
         values = framebuffer.channels[channel][taps.y, taps.x].astype(np.float64)
         total = weight.sum(1, keepdims=True)
         with np.errstate(invalid="ignore"):
@@ -195,12 +206,9 @@ def _surest(
             continue
         size = np.linalg.norm(points[mine] - origin, axis=1)
         taps = footprints(framebuffer, points[mine], normals[mine], size)
-        weight = taps.weight * taps.same
+        weight = own_weights(framebuffer, taps, normals[mine], material[mine])
         every, surest = np.arange(len(weight)), weight.argmax(axis=1)
         x, y = taps.x[every, surest], taps.y[every, surest]
-        shading = framebuffer.channels["normal"][y, x].astype(np.float64)
-        facing = (shading * normals[mine]).sum(-1) > SAME_FACING
-        same = framebuffer.channels["material_id"][y, x, 0] == material[mine]
         value[mine] = framebuffer.channels[channel][y, x]
-        is_sure[mine] = (weight[every, surest] > 0.0) & facing & same
+        is_sure[mine] = weight[every, surest] > 0.0
     return value, is_sure

@@ -15,42 +15,37 @@ void add_texel(int camera, ivec3 texel, float weight)
   blended_weight += weight;
 }
 
-/* Whether a texel's surface is one of this material that faces as n. */
-bool is_own(CachedSurface seen, vec3 n, float material)
-{
-  bool facing = dot(seen.normal, n) > SAME_FACING * length(seen.normal);
-  return facing && abs(seen.material_id - material) <= 0.5;
-}
-
-/* How surely the texels of a footprint show a local point p with normal n. */
-vec4 weights_at(int camera, Footprint footprint, vec3 p, vec3 n)
+/* The texels of a footprint, and how surely each shows a local point p with normal n; of texels of
+ * this material that face as n does alone, if there are any: at a border between materials or faces
+ * the own one may fall between the texels. */
+vec4 own_weights(int camera, Footprint footprint, vec3 p, vec3 n, float material, out ivec3 texel[4])
 {
   vec3 q = camera_from_local(camera, p);
-  return visible_weights(camera, footprint, q, camera_axes(camera, n), length(p) + length(q));
+  vec3 n_camera = camera_axes(camera, n);
+  vec4 weight = visible_weights(camera, footprint, q, n_camera, length(p) + length(q));
+  vec4 own = weight;
+  for (int i = 0; i < 4; i++) {
+    texel[i] = page_texel(footprint.places[i], footprint.texel[i]);
+    if (texel[i].z < 0) {
+      weight[i] = 0.0;
+      own[i] = 0.0;
+      continue;
+    }
+    CachedSurface seen = read_identity(texel[i]);
+    bool facing = dot(seen.normal, n) > SAME_FACING * length(seen.normal);
+    if (abs(seen.material_id - material) > 0.5 || !facing) {
+      own[i] = 0.0;
+    }
+  }
+  return dot(own, vec4(1.0)) > 0.0 ? own : weight;
 }
 
 /* The cached surface at a correspondence; false when not even one texel fits. */
 bool add_correspondence(vec4 found, vec3 p, vec3 n, float material)
 {
   int camera = int(found.x);
-  Footprint footprint = bilinear_footprint(camera, found.yz);
-  vec4 weight = weights_at(camera, footprint, p, n);
-  vec4 own = weight;
   ivec3 texel[4];
-  for (int i = 0; i < 4; i++) {
-    texel[i] = page_texel(footprint.places[i], footprint.texel[i]);
-    if (texel[i].z < 0) {
-      weight[i] = 0.0;
-      own[i] = 0.0;
-    }
-    else if (!is_own(read_identity(texel[i]), n, material)) {
-      own[i] = 0.0;
-    }
-  }
-  /* At a border between materials or faces the own one may fall between the texels. */
-  if (dot(own, vec4(1.0)) > 0.0) {
-    weight = own;
-  }
+  vec4 weight = own_weights(camera, bilinear_footprint(camera, found.yz), p, n, material, texel);
   for (int i = 0; i < 4; i++) {
     if (weight[i] > 0.0) {
       add_texel(camera, texel[i], weight[i]);
@@ -101,14 +96,15 @@ float add_neighbours(ivec2 pixel, vec3 p, vec3 n, float material)
     vec3 facing = texelFetch(visible_normal, other, 0).xyz;
     int camera = int(found.x);
     Footprint footprint = bilinear_footprint(camera, found.yz);
-    vec4 weight = weights_at(camera, footprint, position.xyz, facing);
+    ivec3 texel[4];
+    vec4 weight = own_weights(camera, footprint, position.xyz, facing, material, texel);
     int surest = 0;
     for (int k = 1; k < 4; k++) {
       surest = weight[k] > weight[surest] ? k : surest;
     }
-    ivec3 at = page_texel(footprint.places[surest], footprint.texel[surest]);
-    if (weight[surest] > 0.0 && at.z >= 0 && is_own(read_identity(at), facing, material)) {
-      add_texel(camera, at, 1.0 / float(max(away.x * away.x + away.y * away.y, 1)));
+    if (weight[surest] > 0.0) {
+      int squared = away.x * away.x + away.y * away.y;
+      add_texel(camera, texel[surest], 1.0 / float(max(squared, 1)));
     }
   }
   return blended_weight > 0.0 ? origin : 0.0;

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -148,6 +149,7 @@ class GatherPass:
         self._cameras = camera_table(pages.cameras, pages.numbers, origin, pages.scale_shifts)
         # Position is handed through from the visible surface; the rest is written here.
         self._outputs = ("surface_geometric_normal", *pages.surface_layout.value_names)
+        self._programs = self._built(has_cells=False)
 
     @property
     def has_normals(self) -> bool:
@@ -158,6 +160,18 @@ class GatherPass:
     def has_bends(self) -> bool:
         """The same of `VisibleSurface.bend`."""
         return self._bends is not None
+
+    @cached_property
+    def _atlas_programs(self) -> list[ShaderProgram]:
+        """Made when an atlas is first gathered: a moving view has none."""
+        return self._built(has_cells=True)
+
+    def _built(self, *, has_cells: bool) -> list[ShaderProgram]:
+        """For as many outputs at a time as there may be, in their order."""
+        return [
+            self._program(self._outputs[start : start + MAX_COLOR_SLOTS], has_cells=has_cells)
+            for start in range(0, len(self._outputs), MAX_COLOR_SLOTS)
+        ]
 
     def _program(self, outputs: Sequence[str], *, has_cells: bool) -> ShaderProgram:
         """Writes some of the outputs; the others are variables that nothing reads."""
@@ -214,13 +228,15 @@ class GatherPass:
         }
         if self._normals is not None:
             textures["visible_shading_normal"] = self._normals.draw(visible)
+        programs = self._programs
         if cells is not None:
             textures["sample_cell"] = cells
+            programs = self._atlas_programs
         with nullcontext() if onto is None else adding():
-            for start in range(0, len(targets), MAX_COLOR_SLOTS):
-                part = slice(start, start + MAX_COLOR_SLOTS)
-                program = self._program(self._outputs[part], has_cells=cells is not None)
-                program.draw_fullscreen(framebuffer(targets[part]), textures, {})
+            for part, program in enumerate(programs):
+                start = part * MAX_COLOR_SLOTS
+                target = framebuffer(targets[start : start + MAX_COLOR_SLOTS])
+                program.draw_fullscreen(target, textures, {})
         return SurfaceBuffer(
             width=width,
             height=height,

@@ -113,8 +113,10 @@ def gather(
     material: NDArray[np.int64],
     origin: NDArray[np.float64],
     channel: str,
+    surest: bool = False,
 ) -> NDArray[np.float64]:
-    """(N, components) of a channel through the map (N, 4); NaN where the map has a hole."""
+    """(N, components) of a channel through the map (N, 4), or of the texel alone that shows each
+    point the most surely; NaN where the map has a hole."""
     components = framebuffers[0].channels[channel].shape[-1]
     result = np.full((len(points), components), np.nan)
     local_size = np.linalg.norm(points - origin, axis=1)
@@ -124,6 +126,8 @@ def gather(
             continue
         taps = footprints(framebuffer, points[mine], normals[mine], local_size[mine])
         weight = own_weights(framebuffer, taps, normals[mine], material[mine])
+        if surest:
+            weight = (np.arange(4) == weight.argmax(1)[:, None]) & (weight > 0.0)
         values = framebuffer.channels[channel][taps.y, taps.x].astype(np.float64)
         total = weight.sum(1, keepdims=True)
         with np.errstate(invalid="ignore"):
@@ -157,9 +161,12 @@ def fill(
     """
     height, width, _ = found.shape
     picture = height - -(-len(cells) // width)
-    value, is_sure = _surest(
-        framebuffers, found, points, normals, material=material, origin=origin, channel=channel
-    )
+    value = gather(
+        framebuffers, found.reshape(-1, 4), points.reshape(-1, 3), normals.reshape(-1, 3),
+        material=material.ravel(), origin=origin, channel=channel, surest=True,
+    ).reshape(height, width, -1)  # fmt: skip
+    is_sure = np.isfinite(value[..., 0])
+    value[~is_sure] = 0.0
     rows, columns = np.mgrid[:height, :width]
     place = np.stack([columns, rows], axis=-1)
     place.reshape(-1, 2)[picture * width :][: len(cells)] = cells
@@ -183,32 +190,3 @@ def fill(
         new = (kind == 0) & (weights > 0.0)
         result[new], kind[new] = (total[new] / weights[new, None]), way
     return result, kind
-
-
-def _surest(
-    framebuffers: Sequence[DeepFramebuffer],
-    found: NDArray[np.float64],
-    points: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    *,
-    material: NDArray[np.int64],
-    origin: NDArray[np.float64],
-    channel: str,
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """(H, W, components) of the texel that shows each place the most surely, and (H, W) whether
-    there is one."""
-    components = framebuffers[0].channels[channel].shape[-1]
-    value = np.zeros((*found.shape[:2], components))
-    is_sure = np.zeros(found.shape[:2], dtype=bool)
-    for number, framebuffer in enumerate(framebuffers):
-        mine = found[..., 0] == number
-        if not mine.any():
-            continue
-        size = np.linalg.norm(points[mine] - origin, axis=1)
-        taps = footprints(framebuffer, points[mine], normals[mine], size)
-        weight = own_weights(framebuffer, taps, normals[mine], material[mine])
-        every, surest = np.arange(len(weight)), weight.argmax(axis=1)
-        x, y = taps.x[every, surest], taps.y[every, surest]
-        value[mine] = framebuffer.channels[channel][y, x]
-        is_sure[mine] = weight[every, surest] > 0.0
-    return value, is_sure

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..glsl.row_texture import ROW_DEFINES, row_texture
+from ..glsl.row_texture import ROW_DEFINES, ROW_LIBRARY, row_texture
 from ..glsl.shader import Samplers, Texture, texture_from_array
 
 OWN_HIT_SAMPLERS: Samplers = (
@@ -24,6 +24,7 @@ OWN_HIT_SAMPLERS: Samplers = (
     ("hit_normal", "FLOAT_2D"),
     ("hit_triangle", "FLOAT_2D"),
 )
+OWN_HIT_LIBRARY = ROW_LIBRARY
 OWN_HIT_DEFINES = (("HAS_OWN_HITS", "1"), *ROW_DEFINES)
 
 # More than any number of visibility samples, as GLSL holds it.

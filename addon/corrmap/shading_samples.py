@@ -34,7 +34,7 @@ from .bent_surfaces import BentSurfaces
 from .correspondence import CorrespondencePass, GatherPass
 from .geometry_buffer import GeometryBuffer
 from .mean_surface import MeanPass
-from .own_hits import OWN_HIT_DEFINES, OWN_HIT_SAMPLERS
+from .own_hits import OWN_HIT_DEFINES, OWN_HIT_LIBRARY, OWN_HIT_SAMPLERS
 from .pixel_list_pass import PAIR_SAMPLERS, PixelListPass, PixelListTextures, pair_textures
 from .pixel_lists import ListBuilder, PixelLists, SeenPicture
 from .same_surface import SAME_SURFACE_DEFINES
@@ -107,7 +107,7 @@ _HITS = PassShader(
 _OWN_HITS = replace(
     _HITS,
     name="sample_own_hits",
-    library=("row_texture", *_HITS.library),
+    library=(*OWN_HIT_LIBRARY, *_HITS.library),
     defines=(*_HITS.defines, *OWN_HIT_DEFINES),
     blocks=(_hits_block(Field("int", "looks")),),
     samplers=(*_HITS.samplers, *OWN_HIT_SAMPLERS),

@@ -160,17 +160,17 @@ class ShaderProgram:
             info.fragment_out(slot, glsl_type, name)
         if description.writes_depth:
             info.depth_write("ANY")
-        library = "\n".join(
-            source(f"lib/{name}.glsl") for name in dict.fromkeys(description.library)
-        )
-        vertex = [f"lib/{name}.glsl" for name in dict.fromkeys(description.vertex_library)]
-        vertex.append(f"passes/{description.vertex}.glsl")
-        info.vertex_source("\n".join(source(path) for path in vertex))
-        info.fragment_source(
-            "\n".join(
-                [library, description.generated, source(f"passes/{description.fragment}.glsl")]
-            )
-        )
+        vertex = [
+            *_library(description.vertex_library),
+            source(f"passes/{description.vertex}.glsl"),
+        ]
+        info.vertex_source("\n".join(vertex))
+        fragment = [
+            *_library(description.library),
+            description.generated,
+            source(f"passes/{description.fragment}.glsl"),
+        ]
+        info.fragment_source("\n".join(fragment))
         self.shader = gpu.shader.create_from_info(info)
         self._buffers: dict[str, Any] = {}
 
